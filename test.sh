@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Runs all tests. Sets up what they need beyond cargo: libtorch, a Python environment with independent readers of
-# recordings and maps, Ray, PyTorch Geometric, ultralytics, Gymnasium and PettingZoo, and a browser for the live page.
+# recordings and maps, Ray, PyTorch Geometric, ultralytics, Gymnasium, PettingZoo and what learns in their environments,
+# and a browser for the live page.
 set -euo pipefail
 cd "$(dirname "$0")"
 
 train/libtorch.sh
 
-wanted=$(cat tests/python/{requirements,ultralytics}.txt scale/requirements.txt train/libtorch.txt tests/python/without_cuda.py)
+wanted=$(cat tests/python/{requirements,ultralytics,learners}.txt scale/requirements.txt train/libtorch.txt tests/python/without_cuda.py)
 if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     python3 -m venv --clear .venv || {
         echo "test.sh: python3 with its venv module is needed (on Debian: apt-get install python3-venv)" >&2
@@ -17,7 +18,7 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     # PyTorch is there already, in pip's cache; what it would bring of NVIDIA's is 2 GB that no test calls.
     install --no-deps --requirement train/libtorch.txt
     # By itself: where some have hashes pip asks for those of all.
-    install --no-deps --requirement tests/python/ultralytics.txt
+    install --no-deps --requirement tests/python/ultralytics.txt --requirement tests/python/learners.txt
     .venv/bin/python tests/python/without_cuda.py
     echo "$wanted" > .venv/installed
 fi

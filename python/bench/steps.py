@@ -3,8 +3,8 @@
 Usage: python steps.py [SECONDS]
 
 The package has to be built with ``maturin develop --release``. Everything is measured in turn, several times over; medians
-are printed, and lowest and highest; on a machine that others use, what the quickest calls take tells more. That both worlds are the same is checked first: after the same moves they have the same
-precision in every cell and the same distances.
+are printed, and lowest and highest; on a machine that others use, what the quickest calls take tells more. That both worlds
+are the same is checked first: after the same moves they have the same precision in every cell and the same distances.
 """
 
 import statistics
@@ -40,24 +40,24 @@ def theirs(distances=None):
 
 def check_same_world():
     ours, other = dragnet.SearchEnv(dragnet.Scenario.from_text(SCENARIO), control="step"), theirs()
-    observation, info = ours.reset(seed=1)
+    _, info = ours.reset(seed=1)
     other.reset(seed=1)
-    other.position = observation["position"].astype(np.int64)
+    other.position = ours.belief()["position"]
     other.precision[:] = 0
     seen, *_ = other._look()
     random = np.random.default_rng(0)
     for _ in range(30):
-        assert np.allclose(seen["precision"], observation["precision"], rtol=1e-4)
-        assert np.array_equal(seen["distance"], observation["distance"])
+        assert np.allclose(seen["precision"], ours.belief()["precision"], rtol=1e-4)
+        assert np.array_equal(seen["distance"], ours.belief()["distance"])
         action = random.choice(np.flatnonzero(info["action_mask"]))
-        observation, _, over, _, info = ours.step(action)
+        _, _, over, _, info = ours.step(action)
         seen, *_ = other.step(action)
         if over:
             break
 
 
-def vector(seconds):
-    env = dragnet.SearchVectorEnv(dragnet.Scenario.from_text(SCENARIO), LANES, control="step")
+def vector(seconds, observation="dict"):
+    env = batched(observation)
     random = np.random.default_rng(0)
     _, info = env.reset(seed=0)
     keys = random.random((64, LANES, 4))
@@ -67,6 +67,19 @@ def vector(seconds):
         _, _, _, _, info = env.step(actions)
         steps += 1
     return steps * LANES / (time.perf_counter() - start)
+
+
+def planes(seconds):
+    return vector(seconds, "planes")
+
+
+def graph(seconds):
+    return vector(seconds, "graph")
+
+
+def batched(observation):
+    scenario = dragnet.Scenario.from_text(SCENARIO)
+    return dragnet.SearchVectorEnv(scenario, LANES, control="step", observation=observation)
 
 
 def single(seconds):
@@ -106,7 +119,7 @@ def numpy_world(seconds, distances=None):
 
 def main(seconds=2.0):
     check_same_world()
-    measured = {one: [] for one in (vector, single, numpy_world, numpy_kept)}
+    measured = {one: [] for one in (vector, planes, graph, single, numpy_world, numpy_kept)}
     for _ in range(ROUNDS):
         for one, rates in measured.items():
             rates.append(one(seconds))
@@ -122,12 +135,16 @@ def main(seconds=2.0):
 
 def quickest():
     """Of each kind the least time that a call took in a thousand: what it takes when nobody else has the core."""
-    env = dragnet.SearchVectorEnv(dragnet.Scenario.from_text(SCENARIO), LANES, control="step")
-    _, info = env.reset(seed=0)
     print("in the quickest hundredth of its calls:")
     random = np.random.default_rng(0)
-    moves = iter(random.random((1000, LANES, 4)))
-    _quickest("vector", LANES, lambda: env.step((info["action_mask"] * next(moves)).argmax(axis=1)))
+    for name, observation in (("vector", "dict"), ("planes", "planes"), ("graph", "graph")):
+        env, moves = batched(observation), iter(random.random((1000, LANES, 4)))
+        _, info = env.reset(seed=0)
+        _quickest(
+            name,
+            LANES,
+            lambda env=env, info=info, moves=moves: env.step((info["action_mask"] * next(moves)).argmax(axis=1)),
+        )
     for name, distances in (("numpy_world", None), ("numpy_kept", DISTANCES)):
         other = theirs(distances)
         masks, keys = [other.reset(0)[4]], iter(random.random((1000, 4)))

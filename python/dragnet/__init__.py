@@ -1,11 +1,12 @@
 """Multi-robot active search: the simulator and the policies of Dragnet from Python.
 
-A scenario file (or a :class:`Scenario`) is what all of this starts from:
+A scenario (its file, the name of one of :func:`scenarios`, or a :class:`Scenario`) is what all of this starts from:
 
-- :class:`SearchEnv`: one robot, a Gymnasium environment, registered as ``dragnet/Search-v0``;
+- :class:`SearchEnv`: one robot, a Gymnasium environment, registered as ``dragnet/Search-v0`` and, with the scenarios that come
+  with the package, as ``dragnet/IceCreamCone-v0``, ``dragnet/OpenMap-v0`` and others;
 - :class:`SearchVectorEnv`: many of them side by side, batched in Rust;
 - :func:`parallel_env`: a team, a PettingZoo parallel environment;
-- :class:`Policy`: our policies, as baselines; :func:`compare`: policies against each other;
+- :class:`Policy`: our policies, as baselines; :func:`compare`: policies, ours and your own, against each other;
 - :func:`read_recording`: a recording as arrays.
 
 Cells are numbered row by row: ``cell = row * columns + column``, row 0 in the south, column 0 in the west. Arrays of shape
@@ -14,12 +15,13 @@ Cells are numbered row by row: ``cell = row * columns + column``, row 0 in the s
 
 import gymnasium as _gymnasium
 
+from ._dragnet import VERSION as __version__
 from .comparison import Table, compare
 from .env import SearchEnv
+from .observation import OFFSETS
 from .policy import Decision, Policy, policy_names
 from .recording import Recording, read_recording
-from .scenario import Scenario
-from .spaces import OFFSETS
+from .scenario import Scenario, scenarios
 from .team_env import parallel_env
 from .vector_env import SearchVectorEnv
 
@@ -32,14 +34,30 @@ __all__ = [
     "SearchEnv",
     "SearchVectorEnv",
     "Table",
+    "__version__",
     "compare",
     "parallel_env",
     "policy_names",
     "read_recording",
+    "scenarios",
 ]
 
-_gymnasium.register(
-    id="dragnet/Search-v0",
-    entry_point="dragnet.env:SearchEnv",
-    vector_entry_point="dragnet.vector_env:SearchVectorEnv",
-)
+#: The scenario of each registered environment; ``scenario=`` replaces it.
+_IDS = {
+    "Search": "ice_cream_cone",
+    "IceCreamCone": "ice_cream_cone",
+    "OpenMap": "paper/all_traversable",
+    "OpenAsterisk": "paper/open_asterisk",
+    "FigureFour": "paper/figure_four",
+    "Jersey": "jersey",
+    "MissingPerson": "missing_person",
+}
+
+for _name, _scenario in _IDS.items():
+    _gymnasium.register(
+        id=f"dragnet/{_name}-v0",
+        entry_point="dragnet.env:SearchEnv",
+        vector_entry_point="dragnet.vector_env:SearchVectorEnv",
+        # In the folder of what comes with the package: no file of the same name is in its way.
+        kwargs={"scenario": f"dragnet:/{_scenario}.toml"},
+    )

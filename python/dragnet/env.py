@@ -10,13 +10,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _dragnet, picture
+from .choices import (
+    Control,
+    End,
+    Frame,
+    MaskedAction,
+    ObservationKind,
+    RenderMode,
+    Reward,
+    as_action,
+    as_seed,
+    check_options,
+    check_render_mode,
+)
+from .native import NativeEnv
+from .observation import Arrays, Observer, action_space
 from .scenario import Scenario, as_scenario
-from .spaces import OBSERVED, action_space, as_action, as_seed, check_options, observation_spaces
-
-Observation = dict[str, NDArray[Any]]
 
 
-class SearchEnv(gym.Env[Any, Any]):
+class SearchEnv(NativeEnv, gym.Env[Any, Any]):
     """One robot searches until it has found all objects or its budget is spent.
 
     World, noise, motion and measures are those of the simulator: with the seed ``s`` of :meth:`reset` an episode has the
@@ -25,18 +37,26 @@ class SearchEnv(gym.Env[Any, Any]):
 
     **Action.** ``control="waypoint"``: a cell; the robot goes there on the shortest path and looks around in every cell that
     it enters (or as far as the scenario's ``replan_after_cells`` allows). ``control="step"``: a step to a neighbor, by its place
-    in ``dragnet.OFFSETS[scenario.connectivity]``. ``info["action_mask"]`` (int8) is 1 where an action can be taken. One that cannot
-    raises ``ValueError``; with ``masked_action="stay"`` the robot stays instead, without a look, at the cost of one cell of
-    each budget.
+    in ``dragnet.OFFSETS[scenario.connectivity]``. ``info["action_mask"]`` (int8) and :meth:`action_masks` (bool) say which
+    can be taken. With one that cannot the robot stays, without a look, at the cost of one cell of each budget; with
+    ``masked_action="error"`` it raises ``ValueError``.
 
-    **Observation.** A dict; cells have the shape ``(rows, columns)``:
+    **Observation.** All numbers are finite, float32, and from 0 to 1. *Cells* have the shape ``(rows, columns)``.
 
-    - ``log_odds``: ``ln(p / (1 - p))`` of an object, nats, float64; ``-inf`` where nothing is searched;
-    - ``probability``: ``p``, float32, ``0..1``;
-    - ``precision`` and ``weighted_sum``: sums of ``1/v`` and ``y/v`` over the readings ``y`` of variance ``v``, float64;
-    - ``distance``: length of the shortest path from the robot, cells, float32; ``inf`` out of reach;
-    - ``position``: row and column of the robot, int32, shape ``(2,)``;
-    - ``traversable``: 1 where a robot can be, int8.
+    - ``observation="dict"``: of cells ``probability`` of an object, its ``entropy`` (bits), ``observed`` (how precisely it was
+      read: 0 not at all, 1/2 once from the sensor's radius), ``traversable``, ``searched``, ``distance`` (``d / (d + h)`` of the
+      shortest path of ``d`` cells, ``h`` half of rows and columns together; 1 out of reach); of the robot ``position``, shape
+      ``(2,)``, row and column as shares of the last ones, and ``budget``, shape ``(1,)``, the share that is left; ``action_mask``
+      (int8).
+    - ``"planes"``: one array, shape ``(8, rows, columns)``, in the order of :attr:`features`: those of cells, then ``robot`` (1 in
+      its cell) and ``budget`` (the same in every cell).
+    - ``"graph"``: ``x``, shape ``(cells, 10)``, the same features and ``row`` and ``column``, as shares of the longer side;
+      ``edge_index`` (int64, ``(2, edges)``), the moves between cells; ``edge_attr``, ``(edges, 1)``, their lengths in cells,
+      1 or the root of 2; ``action_mask``. ``x``, ``edge_index`` and ``edge_attr`` are what ``torch_geometric.data.Data`` takes.
+    - ``"belief"``: what :meth:`belief` returns, with ``action_mask``: exact, float64, and infinite where it is.
+
+    With ``frame="robot"`` nothing is observed of the place on the map: cells have the shape ``(2 rows - 1, 2 columns - 1)`` with
+    the robot in the middle, ``position`` is left out, and ``row`` and ``column`` are those from the robot, -1 to 1.
 
     **Reward.** ``"entropy"``: entropy of the belief removed, nats; ``"found"``: objects newly found (below 0 if some are no
     longer); ``"f1"``: gain of F1, ``-1..1``.
@@ -53,39 +73,41 @@ class SearchEnv(gym.Env[Any, Any]):
         self,
         scenario: Scenario | str | os.PathLike[str],
         *,
-        control: str = "waypoint",
-        reward: str = "entropy",
-        end: str = "all_found",
-        masked_action: str = "error",
-        render_mode: str | None = None,
+        control: Control = "waypoint",
+        reward: Reward = "entropy",
+        end: End = "all_found",
+        masked_action: MaskedAction = "stay",
+        observation: ObservationKind = "dict",
+        frame: Frame = "map",
+        render_mode: RenderMode | None = None,
     ):
-        picture.check_mode(render_mode)
+        check_render_mode(render_mode)
         self.scenario = as_scenario(scenario).with_robots(1)
         self.render_mode = render_mode
-        self._batch = _dragnet.Batch(self.scenario.native, 1, control, reward, end, masked_action)
-        self._arrays = self._batch.arrays()
+        self._choices = (control, reward, end, masked_action, observation, frame)
+        native = self._new_native()
+        self._observer = Observer(self.scenario, observation, frame, control, native.features())
+        self._connect(native)
         self._actions = np.zeros(1, dtype=np.int64)
         self._mask = np.ones(1, dtype=np.bool_)
-        self._traversable = self.scenario.traversable.astype(np.int8)
-        self._observed = {name: self._arrays[name][0] for name in OBSERVED}
         self._seed = 0
-        self.observation_space = gym.spaces.Dict(observation_spaces(self.scenario))
+        self.observation_space = self._observer.space()
         self.action_space = action_space(self.scenario, control)
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begins an episode: the one of a seed, or the next one. There are no options."""
+        self._check_open("reset")
         check_options(options, [])
         super().reset(seed=seed)
         self._seed = int(self.np_random.integers(2**63)) if seed is None else as_seed(seed)
-        self._batch.reset(np.array([self._seed], dtype=np.uint64), self._mask)
+        self._native.reset(np.array([self._seed], dtype=np.uint64), self._mask)
         return self._observation(), self._info()
 
-    def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Takes an action. An episode that was over as it began is over after the first one, which then does nothing."""
+        self._check_open("step")
         self._actions[0] = as_action(action)
-        self._batch.step(self._actions)
+        self._native.step(self._actions)
         arrays = self._arrays
         return (
             self._observation(),
@@ -101,40 +123,59 @@ class SearchEnv(gym.Env[Any, Any]):
         Dark cells cannot be entered, red is belief; a blue line is the way, a ring an object (green once it is found), a blue
         square the robot.
         """
+        self._check_open("render")
         if self.render_mode is None:
             gym.logger.warn("no render_mode was given to SearchEnv")
             return None
-        return picture.draw(
-            self.scenario,
-            self._arrays["probability"][0],
-            [self.path],
-            self.objects,
-        )
+        return picture.draw(self.scenario, self.belief()["probability"], [self.path], self.objects)
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Which actions can be taken, shape ``(actions,)``: the name under which sb3-contrib looks for it."""
+        masks: NDArray[np.bool_] = self._arrays["action_mask"][0].astype(np.bool_)
+        return masks
+
+    def belief(self) -> Arrays:
+        """What the robot believes, exactly: what :class:`dragnet.Policy` decides from, and no input for a network.
+
+        Arrays of their own, shape ``(rows, columns)`` but for ``position``:
+
+        - ``log_odds``: ``ln(p / (1 - p))`` of an object, nats, float64; ``-inf`` where nothing is searched;
+        - ``probability``: ``p``, float32, ``0..1``;
+        - ``precision`` and ``weighted_sum``: sums of ``1/v`` and ``y/v`` over the readings ``y`` of variance ``v``, float64;
+        - ``distance``: length of the shortest path from the robot, cells, float32; ``inf`` out of reach;
+        - ``traversable``: 1 where a robot can be, int8;
+        - ``position``: row and column of the robot, int64, shape ``(2,)``.
+        """
+        return self._native.belief(0)
+
+    @property
+    def features(self) -> list[str]:
+        """Names of the features of cells, in the order of planes and of ``x``."""
+        return list(self._observer.features)
 
     @property
     def path(self) -> NDArray[np.int64]:
         """Every cell that the robot stood in, in order, from where it started."""
-        return self._batch.track(0)
+        return self._native.track(0)
 
     @property
     def objects(self) -> NDArray[np.int64]:
         """Cells that hold an object: the truth, which no policy may see."""
-        return self._batch.objects(0)
+        return self._native.objects(0)
 
     @property
     def digest(self) -> str:
         """Digest of all evidence, 32 hexadecimal digits: equal beliefs have equal ones, on every machine."""
-        return self._batch.digest(0)
+        return self._native.digest(0)
 
     @property
     def termination_reason(self) -> str | None:
         """Why the episode is over: ``"found"``, ``"cleared"`` or ``"spent"``; ``None`` if it is not."""
-        return self._batch.termination_reason(0)
+        return self._native.termination_reason(0)
 
-    def _observation(self) -> Observation:
-        observation = {name: array.copy() for name, array in self._observed.items()}
-        observation["traversable"] = self._traversable.copy()
-        return observation
+    def _observation(self) -> Any:
+        belief = self.belief() if self._observer.kind == "belief" else None
+        return self._observer.take(self._views, belief, 0)
 
     def _info(self) -> dict[str, Any]:
         arrays = self._arrays
@@ -146,3 +187,21 @@ class SearchEnv(gym.Env[Any, Any]):
             "path_cells": float(arrays["path_cells"][0]),
             "time_seconds": float(arrays["time_seconds"][0]),
         }
+
+    def _new_native(self) -> _dragnet.Batch:
+        return _dragnet.Batch(self.scenario.native, 1, *self._choices)
+
+    def _native_copy(self) -> _dragnet.Batch:
+        return self._native.clone()
+
+    def _connect(self, native: _dragnet.Batch) -> None:
+        self._native = native
+        self._arrays = native.arrays()
+        self._views = self._observer.views(self._arrays)
+
+    def _history(self) -> tuple[int, NDArray[np.int64]] | None:
+        return self._native.history(0)
+
+    def _replay(self, history: tuple[int, NDArray[np.int64]] | None) -> None:
+        if history is not None:
+            self._native.replay(0, *history)

@@ -21,12 +21,6 @@ _OBJECT = np.array([0, 0, 0], dtype=np.uint8)
 _FOUND = np.array([44, 160, 44], dtype=np.uint8)
 
 
-def check_mode(mode: str | None) -> None:
-    """Refuses a render mode that there is not."""
-    if mode not in (None, "rgb_array"):
-        raise ValueError(f'render_mode="{mode}"; allowed are None and "rgb_array"')
-
-
 def draw(
     scenario: Scenario,
     probability: NDArray[np.float32],
@@ -64,4 +58,5 @@ def _draw_way(image: NDArray[np.uint8], way: NDArray[np.int64], columns: int, co
 def _ring() -> NDArray[np.bool_]:
     along = np.arange(SCALE) - (SCALE - 1) / 2
     radius = np.hypot(along[:, None], along[None, :])
-    return (radius > SCALE / 2 - 2.5) & (radius < SCALE / 2 - 0.7)
+    ring: NDArray[np.bool_] = (radius > SCALE / 2 - 2.5) & (radius < SCALE / 2 - 0.7)
+    return ring

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _dragnet
+from .observation import OFFSETS
 from .scenario import Scenario, as_scenario
-from .spaces import OFFSETS
 
 _DTYPES: dict[str, type[np.generic]] = {
     "log_odds": np.float64,
@@ -44,9 +44,9 @@ class Decision:
 
 
 class Policy:
-    """A policy of ours, asked with an observation of :class:`dragnet.SearchEnv`.
+    """A policy of ours, asked with the belief of a robot: ``policy(env.belief())``, whatever the environment observes.
 
-    With the scenario that the observation is of it decides as the robots of ``dragnet run`` do: with the scenario's sensor,
+    With the scenario that the belief is of it decides as the robots of ``dragnet run`` do: with the scenario's sensor,
     moves and, if the scenario names this policy, parameters. Without, it takes the defaults of a scenario: a sensor of
     radius 5 and moves to 4 neighbors. Teammates' plans are not observed and do not count.
 
@@ -74,16 +74,16 @@ class Policy:
         """Begins anew, with the random choices of an episode's seed."""
         self._native.reset(seed)
 
-    def __call__(self, observation: Mapping[str, Any]) -> Decision:
-        """Decides. Raises ``ValueError`` or ``TypeError`` that says which part of the observation is wrong."""
-        parts = {name: _checked(observation, name, dtype) for name, dtype in _DTYPES.items()}
+    def __call__(self, belief: Mapping[str, Any]) -> Decision:
+        """Decides. Raises ``ValueError`` or ``TypeError`` that says which part of the belief is wrong."""
+        parts = {name: _checked(belief, name, dtype) for name, dtype in _DTYPES.items()}
         shape = parts["log_odds"].shape
         for name, part in parts.items():
             if part.ndim != 2 or part.shape != shape:
                 raise ValueError(
-                    f"observation[{name!r}] of shape {part.shape}; allowed is (rows, columns), as of log_odds: {shape}"
+                    f"belief[{name!r}] of shape {part.shape}; allowed is (rows, columns), as of log_odds: {shape}"
                 )
-        row, column = _position(observation)
+        row, column = _position(belief)
         waypoint, path, scores = self._native.decide(**parts, position=(row, column))
         step = None
         if len(path):
@@ -92,20 +92,22 @@ class Policy:
         return Decision(waypoint, step, path, scores.reshape(shape))
 
 
-def _checked(observation: Mapping[str, Any], name: str, dtype: type[np.generic]) -> NDArray[Any]:
-    if name not in observation:
-        raise ValueError(f"observation without {name!r}; it is one of dragnet.SearchEnv")
-    part = observation[name]
+def _checked(belief: Mapping[str, Any], name: str, dtype: type[np.generic]) -> NDArray[Any]:
+    if not isinstance(belief, Mapping):
+        raise TypeError(f"belief of type {type(belief).__name__}; allowed is what belief() of an environment returns")
+    if name not in belief:
+        raise ValueError(f"belief without {name!r}; allowed is what belief() of an environment returns")
+    part = belief[name]
     if not isinstance(part, np.ndarray) or part.dtype != dtype:
         found = f"dtype {part.dtype}" if isinstance(part, np.ndarray) else f"type {type(part).__name__}"
-        raise TypeError(f"observation[{name!r}] of {found}; allowed is an array of dtype {np.dtype(dtype)}")
+        raise TypeError(f"belief[{name!r}] of {found}; allowed is an array of dtype {np.dtype(dtype)}")
     if dtype is np.float64 and np.isnan(part).any():
-        raise ValueError(f"observation[{name!r}] holds a NaN at {tuple(np.argwhere(np.isnan(part))[0].tolist())}")
+        raise ValueError(f"belief[{name!r}] holds a NaN at {tuple(np.argwhere(np.isnan(part))[0].tolist())}")
     return part
 
 
-def _position(observation: Mapping[str, Any]) -> tuple[int, int]:
-    position = np.asarray(observation.get("position"))
+def _position(belief: Mapping[str, Any]) -> tuple[int, int]:
+    position = np.asarray(belief.get("position"))
     if position.dtype.kind not in "iu" or position.shape != (2,):
-        raise ValueError("observation['position']: allowed are two integers, row and column")
+        raise ValueError("belief['position']: allowed are two integers, row and column")
     return int(position[0]), int(position[1])

@@ -59,7 +59,8 @@ class Recording:
 
     def path(self, robot: int) -> NDArray[np.int64]:
         """Every cell that a robot has looked from, in order."""
-        return self.observations["cell"][self.observations["robot"] == robot]
+        cells: NDArray[np.int64] = self.observations["cell"][self.observations["robot"] == robot]
+        return cells
 
 
 def read_recording(path: str | os.PathLike[str]) -> Recording:

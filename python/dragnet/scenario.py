@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from . import _dragnet
 
-#: What the constructors of environments take for a scenario: a scenario, or the path of a file.
-ScenarioLike = "Scenario | str | os.PathLike[str]"
+
+def scenarios() -> dict[str, str]:
+    """The scenarios that come with the package: what each is, by its name. ``Scenario.load`` and environments take the names."""
+    return dict(_dragnet.scenarios())
 
 
 class Scenario:
@@ -30,7 +32,8 @@ class Scenario:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scenario:
-        """Reads a scenario file (TOML) and the files that it names."""
+        """Reads a scenario file (TOML) and the files that it names, or one that comes with the package, by its name: see
+        :func:`scenarios`. A file of that name goes first."""
         return cls(_dragnet.Scenario.load(Path(path)))
 
     @classmethod

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,20 @@ from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from . import _dragnet, picture
+from .choices import (
+    Control,
+    Frame,
+    MaskedAction,
+    ObservationKind,
+    RenderMode,
+    Reward,
+    as_action,
+    as_seed,
+    check_render_mode,
+)
+from .native import NativeEnv
+from .observation import Arrays, Observer, action_space
 from .scenario import Scenario, as_scenario
-from .spaces import OBSERVED, action_space, as_action, as_seed, observation_spaces
 
 if TYPE_CHECKING:
     from pettingzoo import ParallelEnv  # type: ignore[import-untyped]
@@ -23,10 +36,11 @@ else:
     except ImportError:
         ParallelEnv = object
 
-Observation = dict[str, NDArray[Any]]
+#: Features of cells in a state; distances are those of one robot and not among them.
+_STATE_FEATURES = 5
 
 
-class TeamEnv(ParallelEnv):
+class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
     """The environment of :func:`parallel_env`."""
 
     metadata = {"name": "dragnet_search_v0", "render_modes": ["rgb_array"], "render_fps": 10}
@@ -34,18 +48,21 @@ class TeamEnv(ParallelEnv):
     def __init__(
         self,
         scenario: Scenario,
-        control: str,
-        reward: str,
-        masked_action: str,
+        control: Control,
+        reward: Reward,
+        masked_action: MaskedAction,
+        observation: ObservationKind,
+        frame: Frame,
         crashes: Mapping[int, float],
-        render_mode: str | None,
+        render_mode: RenderMode | None,
     ):
-        picture.check_mode(render_mode)
+        check_render_mode(render_mode)
         self.scenario = scenario
         self.render_mode = render_mode
-        self._team = _dragnet.Team(scenario.native, control, reward, masked_action, dict(crashes))
-        self._arrays = self._team.arrays()
-        self._traversable = scenario.traversable.astype(np.int8)
+        self._choices = (control, reward, masked_action, observation, frame, dict(crashes))
+        native = self._new_native()
+        self._observer = Observer(scenario, observation, frame, control, native.features())
+        self._connect(native)
         self.possible_agents = [f"robot_{number}" for number in range(1, scenario.robots + 1)]
         self.agents: list[str] = []
         self._places = {agent: place for place, agent in enumerate(self.possible_agents)}
@@ -53,20 +70,15 @@ class TeamEnv(ParallelEnv):
         self._ways: list[list[int]] = []
         self._random: np.random.Generator | None = None
         self._seed = 0
-        self._observation_spaces: dict[str, spaces.Dict] = {}
-        self._action_spaces: dict[str, spaces.Discrete] = {}
-        for agent in self.possible_agents:
-            actions = action_space(scenario, control)
-            parts = observation_spaces(scenario)
-            size = max(scenario.shape)
-            parts["teammates"] = spaces.Box(-1, size - 1, (scenario.robots, 2), np.int32)
-            parts["action_mask"] = spaces.Box(0, 1, (int(actions.n),), np.int8)
-            self._observation_spaces[agent] = spaces.Dict(parts)
-            self._action_spaces[agent] = actions
+        self._observation_space = self._observer.space()
+        self._action_spaces = {agent: action_space(scenario, control) for agent in self.possible_agents}
+        #: The space of :meth:`state`.
+        self.state_space = spaces.Box(0.0, 1.0, (_STATE_FEATURES + scenario.robots, *scenario.shape), np.float32)
 
-    def observation_space(self, agent: str) -> spaces.Dict:
-        """That of :class:`dragnet.SearchEnv`, with ``teammates`` and ``action_mask``."""
-        return self._observation_spaces[agent]
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """The space of a robot's observations: the same for all."""
+        self._places[agent]
+        return self._observation_space
 
     def action_space(self, agent: str) -> spaces.Discrete:
         """Cells to head for, or steps."""
@@ -74,8 +86,13 @@ class TeamEnv(ParallelEnv):
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Begins an episode: the one of a seed, or the next one. There are no options."""
+    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Begins an episode: the one of a seed, or the next one. There are no options; one that is given has no effect, and is
+        warned of: PettingZoo's tests of environments pass one.
+        """
+        self._check_open("reset")
+        for name in options or {}:
+            warnings.warn(f"option {name!r} has no effect; there are none", UserWarning, stacklevel=2)
         if seed is not None:
             self._random, _ = seeding.np_random(as_seed(seed))
             self._seed = as_seed(seed)
@@ -83,26 +100,27 @@ class TeamEnv(ParallelEnv):
             if self._random is None:
                 self._random, _ = seeding.np_random()
             self._seed = int(self._random.integers(2**63))
-        self._team.reset(self._seed)
+        self._native.reset(self._seed)
         self.agents = list(self.possible_agents)
-        self._ways = [[self._cell(place)] for place in range(len(self.possible_agents))]
+        self._ways = [[cell] for cell in self._native.cells()]
         return self._observations(self.agents), self._infos(self.agents)
 
     def step(
         self, actions: Mapping[str, int]
-    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+    ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Every robot that is still in ``agents`` takes its action, all at the same time."""
+        self._check_open("step")
         if not self.agents:
             raise RuntimeError("step without agents: the episode is over, or has not begun; call reset first")
         if set(actions) != set(self.agents):
             raise ValueError(f"actions for {sorted(actions)}; allowed is one for each of {self.agents}")
         for agent in self.agents:
             self._actions[self._places[agent]] = as_action(actions[agent], f"action of {agent}")
-        gain = self._team.step(self._actions)
-        for place, way in enumerate(self._ways):
-            if way[-1] != self._cell(place):
-                way.append(self._cell(place))
-        moved, reasons = self.agents, self._team.termination_reasons()
+        gain = self._native.step(self._actions)
+        for way, cell in zip(self._ways, self._native.cells(), strict=True):
+            if way[-1] != cell:
+                way.append(cell)
+        moved, reasons = self.agents, self._native.termination_reasons()
         reason = {agent: reasons[self._places[agent]] for agent in moved}
         self.agents = [agent for agent in moved if reason[agent] == "searching"]
         return (
@@ -113,45 +131,63 @@ class TeamEnv(ParallelEnv):
             self._infos(moved),
         )
 
+    def state(self) -> NDArray[np.float32]:
+        """What all robots together know, for a critic of the team: float32, ``0..1``, shape ``(5 + robots, rows, columns)``.
+
+        ``probability``, ``entropy``, ``observed``, ``traversable`` and ``searched`` of all that the team has seen, as
+        observations have them, and a plane for each robot: 1 in its cell while it searches. It holds no truth.
+        """
+        known = self._native.state()[:_STATE_FEATURES]
+        robots = np.zeros((len(self.possible_agents), known.shape[1]), np.float32)
+        reasons = self._native.termination_reasons()
+        for place, cell in enumerate(self._native.cells()):
+            robots[place, cell] = reasons[place] == "searching"
+        return np.concatenate([known, robots]).reshape(self.state_space.shape)
+
+    def belief(self, agent: str) -> Arrays:
+        """What a robot believes, exactly: see :meth:`dragnet.SearchEnv.belief`."""
+        return self._native.belief(self._places[agent])
+
+    def action_masks(self) -> dict[str, NDArray[np.bool_]]:
+        """Which actions each robot of ``agents`` can take, shape ``(actions,)`` each."""
+        masks = self._arrays["action_mask"]
+        return {agent: masks[self._places[agent]].astype(np.bool_) for agent in self.agents}
+
     def render(self) -> NDArray[np.uint8] | None:
         """The map as a picture, with what the first robot believes and the ways of all: see :meth:`SearchEnv.render`."""
+        self._check_open("render")
         if self.render_mode is None:
             return None
         ways = [np.array(way, dtype=np.int64) for way in self._ways]
-        return picture.draw(self.scenario, self._arrays["probability"][0], ways, self.objects)
+        return picture.draw(self.scenario, self._native.belief(0)["probability"], ways, self.objects)
 
-    def close(self) -> None:
-        """Nothing is to be closed."""
+    @property
+    def features(self) -> list[str]:
+        """Names of the features of cells, in the order of planes and of ``x``."""
+        return list(self._observer.features)
 
     @property
     def objects(self) -> NDArray[np.int64]:
         """Cells that hold an object: the truth, which no policy may see."""
-        return self._team.objects()
+        return self._native.objects()
 
     @property
     def digests(self) -> dict[str, str]:
         """Digest of what each robot believes, by its name, and of all that was seen, by ``"team"``."""
-        own, team = self._team.digests()
+        own, team = self._native.digests()
         return dict(zip(self.possible_agents, own, strict=True)) | {"team": team}
 
-    def _cell(self, place: int) -> int:
-        row, column = self._arrays["position"][place]
-        return int(row) * self.scenario.shape[1] + int(column)
-
-    def _observations(self, agents: list[str]) -> dict[str, Observation]:
-        observations = {}
-        for agent in agents:
-            place = self._places[agent]
-            observation = {name: self._arrays[name][place].copy() for name in OBSERVED}
-            observation["traversable"] = self._traversable.copy()
-            observation["teammates"] = self._arrays["teammates"][place].copy()
-            observation["action_mask"] = self._arrays["action_mask"][place].copy()
-            observations[agent] = observation
-        return observations
+    def _observations(self, agents: list[str]) -> dict[str, Any]:
+        is_belief = self._observer.kind == "belief"
+        places = {agent: self._places[agent] for agent in agents}
+        return {
+            agent: self._observer.take(self._views, self._native.belief(place) if is_belief else None, place)
+            for agent, place in places.items()
+        }
 
     def _infos(self, agents: list[str]) -> dict[str, dict[str, Any]]:
-        f1, recall, ways, seconds = self._team.measures()
-        reasons = self._team.termination_reasons()
+        f1, recall, ways, seconds = self._native.measures()
+        reasons = self._native.termination_reasons()
         infos = {}
         for agent in agents:
             place = self._places[agent]
@@ -166,26 +202,48 @@ class TeamEnv(ParallelEnv):
             }
         return infos
 
+    def _new_native(self) -> _dragnet.Team:
+        return _dragnet.Team(self.scenario.native, *self._choices)
+
+    def _native_copy(self) -> _dragnet.Team:
+        # Robots and messages under way are not copied: the same actions lead to the same state.
+        native, history = self._new_native(), self._history()
+        if history is not None:
+            native.replay(*history)
+        return native
+
+    def _connect(self, native: _dragnet.Team) -> None:
+        self._native = native
+        self._arrays = native.arrays()
+        self._views = self._observer.views(self._arrays)
+
+    def _history(self) -> tuple[int, NDArray[np.int64]] | None:
+        return self._native.history()
+
+    def _replay(self, history: tuple[int, NDArray[np.int64]] | None) -> None:
+        if history is not None:
+            self._native.replay(*history)
+
 
 def parallel_env(
     scenario: Scenario | str | os.PathLike[str],
     *,
     robots: int | None = None,
-    control: str = "step",
-    reward: str = "entropy",
-    masked_action: str = "error",
+    control: Control = "step",
+    reward: Reward = "entropy",
+    masked_action: MaskedAction = "stay",
+    observation: ObservationKind = "dict",
+    frame: Frame = "map",
     crashes: Mapping[int, float] | None = None,
-    render_mode: str | None = None,
+    render_mode: RenderMode | None = None,
 ) -> TeamEnv:
     """A team searches until all objects are found or budgets are spent: a PettingZoo ``ParallelEnv``.
 
     Agents are ``"robot_1"`` to ``"robot_N"``; ``robots`` replaces the scenario's number. Each robot believes what it has seen
     and heard: observations travel over the scenario's network, with its loss, delay and partitions, and what is lost is
-    asked for again, by the robots' own protocol. The observation is that of :class:`dragnet.SearchEnv` with
-
-    - ``teammates``: row and column where the robot last heard each of the team to be, its own among them, int32, shape
-      ``(robots, 2)``; ``-1`` before;
-    - ``action_mask``: 1 where an action can be taken, int8; it is in ``info`` too.
+    asked for again, by the robots' own protocol. An observation is that of :class:`dragnet.SearchEnv`, with one more feature of
+    cells, ``teammates``: 1 where the robot last heard another of the team to be. Planes come with their mask, in a dict of
+    ``observation`` and ``action_mask``, as PettingZoo's own environments have them.
 
     In each step every robot makes one move: with ``control="step"`` to a neighbor, with ``"waypoint"`` one cell along the
     shortest path to the cell that the action names. A step lasts until the last of them has arrived. The reward is the
@@ -199,4 +257,4 @@ def parallel_env(
     chosen = as_scenario(scenario)
     if robots is not None:
         chosen = chosen.with_robots(robots)
-    return TeamEnv(chosen, control, reward, masked_action, crashes or {}, render_mode)
+    return TeamEnv(chosen, control, reward, masked_action, observation, frame, crashes or {}, render_mode)

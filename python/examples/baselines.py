@@ -15,11 +15,11 @@ def play(scenario, name, seed):
     """An episode in which a policy decides; returns how it ended."""
     env = dragnet.SearchEnv(scenario)
     policy = dragnet.Policy(name, env.scenario, seed=seed)
-    observation, info = env.reset(seed=seed)
+    _, info = env.reset(seed=seed)
     over = False
     while not over:
-        decision = policy(observation)
-        observation, _, terminated, truncated, info = env.step(decision.waypoint)
+        decision = policy(env.belief())
+        _, _, terminated, truncated, info = env.step(decision.waypoint)
         over = terminated or truncated
     return info
 

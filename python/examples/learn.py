@@ -26,18 +26,18 @@ RATE = 0.3
 
 
 def features(observation, mask):
-    """Of each move: uncertainty around the next cell, the same some cells ahead, and whether it was entered before.
+    """Of each move: entropy around the next cell, the same some cells ahead, and whether it was entered before.
 
     Shapes: ``observation`` is that of a vector environment, ``mask`` is ``(lanes, moves)``; the result is
     ``(lanes, moves, 3)``.
     """
-    p = np.clip(observation["probability"].astype(np.float64), 1e-9, 1 - 1e-9)
-    entropy = -p * np.log(p) - (1 - p) * np.log(1 - p)
+    entropy = observation["entropy"].astype(np.float64)
     lanes, rows, columns = entropy.shape
     margin = 5
     padded = np.pad(entropy, ((0, 0), (margin, margin), (margin, margin)))
-    seen = np.pad(observation["precision"] > 900.0, ((0, 0), (margin, margin), (margin, margin)), constant_values=True)
-    at = observation["position"] + margin
+    # One reading from a cell itself has 20 times the precision of one from the radius of 2 cells.
+    seen = np.pad(observation["observed"] > 0.945, ((0, 0), (margin, margin), (margin, margin)), constant_values=True)
+    at = np.rint(observation["position"] * (rows - 1, columns - 1)).astype(np.int64) + margin
     lane = np.arange(lanes)
     diamond = [(north, east) for north in range(-2, 3) for east in range(-2, 3) if abs(north) + abs(east) <= 2]
     found = np.zeros((lanes, mask.shape[1], 3))

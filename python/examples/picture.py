@@ -21,14 +21,14 @@ SCENARIO = Path(__file__).resolve().parents[2] / "scenarios/ice_cream_cone.toml"
 def main(output, scenario=SCENARIO, seed=0):
     env = dragnet.SearchEnv(scenario, reward="f1")
     policy = dragnet.Policy("path", env.scenario, seed=seed)
-    observation, info = env.reset(seed=seed)
+    _, info = env.reset(seed=seed)
     curve, over = [(0.0, info["f1"])], False
     while not over:
-        observation, _, terminated, truncated, info = env.step(policy(observation).waypoint)
+        _, _, terminated, truncated, info = env.step(policy(env.belief()).waypoint)
         curve.append((info["path_cells"], info["f1"]))
         over = terminated or truncated
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.5), layout="constrained")
-    ground = np.where(env.scenario.traversable, observation["probability"], np.nan)
+    ground = np.where(env.scenario.traversable, env.belief()["probability"], np.nan)
     shown = left.imshow(ground, origin="lower", cmap="magma_r", vmin=0, vmax=1)
     figure.colorbar(shown, ax=left, label="probability of an object")
     rows, columns = np.divmod(env.path, env.scenario.shape[1])

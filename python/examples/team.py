@@ -19,7 +19,7 @@ def main(scenario=SCENARIO, seed=0):
     }
     observations, infos = env.reset(seed=seed)
     while env.agents:
-        waypoints = {agent: policies[agent](observations[agent]).waypoint for agent in env.agents}
+        waypoints = {agent: policies[agent](env.belief(agent)).waypoint for agent in env.agents}
         observations, rewards, terminated, truncated, infos = env.step(waypoints)
         for agent in set(observations) - set(env.agents):
             print(f"{infos[agent]['time_seconds']:6.0f} s: {agent} is out: {infos[agent]['termination_reason']}")

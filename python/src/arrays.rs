@@ -3,59 +3,76 @@
 use std::slice::ChunksExactMut;
 
 use dragnet_search::cell::Grid;
-use dragnet_sim::single_robot_env::ObservationBuffers;
+use dragnet_sim::single_robot_env::features::{Layout, View};
+use dragnet_sim::single_robot_env::{Control, Field, SingleRobotEnv};
 use numpy::ndarray::Dimension;
-use numpy::{AsSliceError, Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadwriteArray};
+use numpy::{AsSliceError, Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadwriteArray};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// The arrays of a number of robots, by robot, each in its own search or all in one.
 pub(crate) struct Arrays {
-    log_odds: Py<PyArray3<f64>>,
-    probability: Py<PyArray3<f32>>,
-    precision: Py<PyArray3<f64>>,
-    weighted_sum: Py<PyArray3<f64>>,
-    distance: Py<PyArray3<f32>>,
-    position: Py<PyArray2<i32>>,
+    /// Shape `[robots, numbers of the layout]`.
+    features: Py<PyArray2<f32>>,
+    /// Row and column, shares of the last ones, `0..=1`: shape `[robots, 2]`.
+    position: Py<PyArray2<f32>>,
+    /// Share that is left: shape `[robots, 1]`.
+    budget: Py<PyArray2<f32>>,
+    /// Shape `[robots, actions]`.
     action_mask: Py<PyArray2<i8>>,
 }
 
 /// The arrays, borrowed for writing.
 pub(crate) struct Written<'py> {
-    log_odds: PyReadwriteArray<'py, f64, numpy::Ix3>,
-    probability: PyReadwriteArray<'py, f32, numpy::Ix3>,
-    precision: PyReadwriteArray<'py, f64, numpy::Ix3>,
-    weighted_sum: PyReadwriteArray<'py, f64, numpy::Ix3>,
-    distance: PyReadwriteArray<'py, f32, numpy::Ix3>,
-    position: PyReadwriteArray<'py, i32, numpy::Ix2>,
+    features: PyReadwriteArray<'py, f32, numpy::Ix2>,
+    position: PyReadwriteArray<'py, f32, numpy::Ix2>,
+    budget: PyReadwriteArray<'py, f32, numpy::Ix2>,
     action_mask: PyReadwriteArray<'py, i8, numpy::Ix2>,
 }
 
+/// The part of one robot.
+pub(crate) struct ObservationBuffers<'a> {
+    features: &'a mut [f32],
+    position: &'a mut [f32],
+    budget: &'a mut [f32],
+    action_mask: &'a mut [i8],
+}
+
+/// Whether all is written, or what has changed since it was written last.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Extent {
+    All,
+    Changes,
+}
+
 impl Arrays {
-    /// Arrays for a number of robots on a grid, each with a number of actions.
-    pub(crate) fn new(py: Python<'_>, robots: usize, grid: Grid, actions: usize) -> Self {
-        let cells = (robots, grid.rows() as usize, grid.columns() as usize);
+    /// Arrays for a number of robots.
+    pub(crate) fn new(py: Python<'_>, robots: usize, layout: &Layout, actions: usize) -> Self {
         Self {
-            log_odds: PyArray3::zeros(py, cells, false).unbind(),
-            probability: PyArray3::zeros(py, cells, false).unbind(),
-            precision: PyArray3::zeros(py, cells, false).unbind(),
-            weighted_sum: PyArray3::zeros(py, cells, false).unbind(),
-            distance: PyArray3::zeros(py, cells, false).unbind(),
+            features: PyArray2::zeros(py, (robots, layout.len()), false).unbind(),
             position: PyArray2::zeros(py, (robots, 2), false).unbind(),
+            budget: PyArray2::zeros(py, (robots, 1), false).unbind(),
             action_mask: PyArray2::zeros(py, (robots, actions), false).unbind(),
         }
+    }
+
+    /// Others with the same content.
+    pub(crate) fn copy(&self, py: Python<'_>) -> PyResult<Self> {
+        Ok(Self {
+            features: copy(self.features.bind(py))?,
+            position: copy(self.position.bind(py))?,
+            budget: copy(self.budget.bind(py))?,
+            action_mask: copy(self.action_mask.bind(py))?,
+        })
     }
 
     /// The arrays by name.
     pub(crate) fn dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
-        dict.set_item("log_odds", &self.log_odds)?;
-        dict.set_item("probability", &self.probability)?;
-        dict.set_item("precision", &self.precision)?;
-        dict.set_item("weighted_sum", &self.weighted_sum)?;
-        dict.set_item("distance", &self.distance)?;
+        dict.set_item("features", &self.features)?;
         dict.set_item("position", &self.position)?;
+        dict.set_item("budget", &self.budget)?;
         dict.set_item("action_mask", &self.action_mask)?;
         Ok(dict)
     }
@@ -63,12 +80,9 @@ impl Arrays {
     /// Borrows all of them.
     pub(crate) fn write<'py>(&self, py: Python<'py>) -> PyResult<Written<'py>> {
         Ok(Written {
-            log_odds: borrow(self.log_odds.bind(py))?,
-            probability: borrow(self.probability.bind(py))?,
-            precision: borrow(self.precision.bind(py))?,
-            weighted_sum: borrow(self.weighted_sum.bind(py))?,
-            distance: borrow(self.distance.bind(py))?,
+            features: borrow(self.features.bind(py))?,
             position: borrow(self.position.bind(py))?,
+            budget: borrow(self.budget.bind(py))?,
             action_mask: borrow(self.action_mask.bind(py))?,
         })
     }
@@ -77,21 +91,15 @@ impl Arrays {
 impl Written<'_> {
     /// The part of each robot, by robot.
     pub(crate) fn buffers(&mut self, robots: usize) -> PyResult<Vec<ObservationBuffers<'_>>> {
-        let mut log_odds = parts(&mut self.log_odds, robots)?;
-        let mut probability = parts(&mut self.probability, robots)?;
-        let mut precision = parts(&mut self.precision, robots)?;
-        let mut weighted_sum = parts(&mut self.weighted_sum, robots)?;
-        let mut distance = parts(&mut self.distance, robots)?;
+        let mut features = parts(&mut self.features, robots)?;
         let mut position = parts(&mut self.position, robots)?;
+        let mut budget = parts(&mut self.budget, robots)?;
         let mut action_mask = parts(&mut self.action_mask, robots)?;
         let buffers = std::iter::from_fn(|| {
             Some(ObservationBuffers {
-                log_odds_nats: log_odds.next()?,
-                probability: probability.next()?,
-                precision: precision.next()?,
-                weighted_sum: weighted_sum.next()?,
-                distance_cells: distance.next()?,
+                features: features.next()?,
                 position: position.next()?,
+                budget: budget.next()?,
                 action_mask: action_mask.next()?,
             })
         });
@@ -99,9 +107,100 @@ impl Written<'_> {
     }
 }
 
+impl ObservationBuffers<'_> {
+    /// Writes a search of one robot. `kept` keeps the map's frame of a layout that is centered on the robot.
+    pub(crate) fn draw_env(
+        &mut self,
+        env: &mut SingleRobotEnv,
+        layout: &Layout,
+        control: Control,
+        extent: Extent,
+        kept: &mut Vec<f32>,
+    ) {
+        if layout.is_centered() {
+            kept.resize(layout.drawn_len(), 0.0);
+        }
+        let numbers = if layout.is_centered() { kept.as_mut_slice() } else { &mut *self.features };
+        match extent {
+            Extent::All => env.draw(layout, numbers),
+            Extent::Changes => env.redraw(layout, numbers),
+        }
+        self.finish(env.field(), layout, control, &env.view(), kept);
+    }
+
+    /// Writes all of a view.
+    pub(crate) fn draw_view(&mut self, field: &Field, layout: &Layout, control: Control, view: &View<'_>) {
+        let mut kept = Vec::new();
+        if layout.is_centered() {
+            kept.resize(layout.drawn_len(), 0.0);
+        }
+        let numbers = if layout.is_centered() { kept.as_mut_slice() } else { &mut *self.features };
+        layout.draw(field, view, numbers);
+        self.finish(field, layout, control, view, &kept);
+    }
+
+    fn finish(&mut self, field: &Field, layout: &Layout, control: Control, view: &View<'_>, kept: &[f32]) {
+        if layout.is_centered() {
+            layout.center(view, kept, self.features);
+        }
+        let grid = field.scenario().terrain().grid();
+        let position = grid.position(view.robot);
+        let share = |at: u32, count: u32| at as f32 / (count - 1).max(1) as f32;
+        self.position
+            .copy_from_slice(&[share(position.row, grid.rows()), share(position.column, grid.columns())]);
+        self.budget.fill(view.budget);
+        field.draw_mask(control, view.robot, self.action_mask);
+    }
+}
+
+/// The exact belief of a robot in new arrays, by name, as policies read it: shape `[rows, columns]` each, but for its
+/// position.
+pub(crate) fn belief<'py>(py: Python<'py>, field: &Field, view: &View<'_>) -> PyResult<Bound<'py, PyDict>> {
+    use dragnet_search::belief::probability;
+    use dragnet_search::evidence::UNITS;
+    let scenario = field.scenario();
+    let grid = scenario.terrain().grid();
+    let of =
+        |value: &dyn Fn(dragnet_search::cell::Cell) -> f64| grid.cells().map(value).collect::<Vec<f64>>();
+    let evidence = view.belief.evidence();
+    let log_odds = of(&|cell| view.belief.log_odds_nats(cell));
+    #[expect(clippy::cast_possible_truncation, reason = "a probability for networks")]
+    let short = log_odds.iter().map(|&log_odds| probability(log_odds) as f32).collect();
+    let dict = PyDict::new(py);
+    dict.set_item("log_odds", cells(py, grid, log_odds)?)?;
+    dict.set_item("probability", cells(py, grid, short)?)?;
+    let precision = of(&|cell| evidence.of(cell).precision as f64 / UNITS);
+    dict.set_item("precision", cells(py, grid, precision)?)?;
+    let weighted_sum = of(&|cell| evidence.of(cell).weighted_sum as f64 / UNITS);
+    dict.set_item("weighted_sum", cells(py, grid, weighted_sum)?)?;
+    dict.set_item("distance", cells(py, grid, field.distances(view.robot))?)?;
+    let open = grid.cells().map(|cell| i8::from(scenario.terrain().is_traversable(cell))).collect();
+    dict.set_item("traversable", cells(py, grid, open)?)?;
+    let position = grid.position(view.robot);
+    dict.set_item(
+        "position",
+        PyArray1::from_vec(py, vec![i64::from(position.row), i64::from(position.column)]),
+    )?;
+    Ok(dict)
+}
+
+fn cells<T: Element>(py: Python<'_>, grid: Grid, numbers: Vec<T>) -> PyResult<Bound<'_, PyArray2<T>>> {
+    PyArray1::from_vec(py, numbers).reshape([grid.rows() as usize, grid.columns() as usize])
+}
+
 /// A number for each robot.
 pub(crate) fn column<T: Element>(py: Python<'_>, robots: usize) -> Py<PyArray1<T>> {
     PyArray1::zeros(py, robots, false).unbind()
+}
+
+/// Another array with the same content.
+pub(crate) fn copy<T: Element, D: Dimension>(
+    array: &Bound<'_, PyArray<T, D>>,
+) -> PyResult<Py<PyArray<T, D>>> {
+    let array = array.try_readonly().map_err(|error| {
+        PyRuntimeError::new_err(format!("an array of this environment cannot be read: {error}"))
+    })?;
+    Ok(PyArray::from_array(array.py(), &array.as_array()).unbind())
 }
 
 /// Borrows an array to write into it.

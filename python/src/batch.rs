@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use dragnet_search::cell::Cell;
-use dragnet_sim::single_robot_env::buffers::Control;
-use dragnet_sim::single_robot_env::{Ended, Field, ObservationBuffers, SingleRobotEnv, Terms};
+use dragnet_sim::single_robot_env::features::{Company, Layout};
+use dragnet_sim::single_robot_env::{Control, Ended, Field, SingleRobotEnv, Terms};
 use numpy::{PyArray1, PyReadonlyArray1, ToPyArray};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -13,14 +13,28 @@ use rayon::iter::{
     IndexedParallelIterator, IntoParallelRefIterator, IntoParallelRefMutIterator, ParallelIterator,
 };
 
-use crate::arrays::{Arrays, borrow, column, slice};
+use crate::arrays::{self, Arrays, Extent, ObservationBuffers, borrow, column, slice};
 use crate::choice::{self, Masked};
 use crate::pool;
 use crate::scenario::Scenario;
 
 /// An environment and its buffers, its task, and the result.
 type Work<'a, 'b> =
-    ((&'a mut Option<SingleRobotEnv>, &'a mut ObservationBuffers<'b>), (&'a Task, &'a mut Option<Measured>));
+    ((&'a mut Option<Lane>, &'a mut ObservationBuffers<'b>), (&'a Task, &'a mut Option<Measured>));
+
+/// A search, and all that makes it again.
+#[derive(Clone)]
+struct Lane {
+    env: SingleRobotEnv,
+    seed: u64,
+    /// The cell that each action led to, by number, or [`STAYED`].
+    history: Vec<i64>,
+    /// The map's frame of what is observed in the robot's.
+    kept: Vec<f32>,
+}
+
+/// In place of a cell in a history.
+const STAYED: i64 = -1;
 
 /// Searches of one scenario, each with its own seed, and their arrays.
 #[pyclass(frozen, module = "dragnet._dragnet")]
@@ -29,10 +43,11 @@ pub(crate) struct Batch {
     control: Control,
     terms: Terms,
     masked: Masked,
+    layout: Layout,
     arrays: Arrays,
     measures: Measures,
     /// `None` before the first reset.
-    lanes: Mutex<Vec<Option<SingleRobotEnv>>>,
+    lanes: Mutex<Vec<Option<Lane>>>,
 }
 
 /// A number for each search.
@@ -74,6 +89,7 @@ struct Measured {
 #[pymethods]
 impl Batch {
     #[new]
+    #[expect(clippy::too_many_arguments, reason = "named in the package, each checked")]
     fn new(
         py: Python<'_>,
         scenario: &Scenario,
@@ -82,6 +98,8 @@ impl Batch {
         reward: &str,
         end: &str,
         masked_action: &str,
+        observation: &str,
+        frame: &str,
     ) -> PyResult<Self> {
         let robots = scenario.inner().robots().len();
         if robots != 1 {
@@ -96,17 +114,15 @@ impl Batch {
         let field = Arc::clone(&scenario.field);
         let grid = field.scenario().terrain().grid();
         let control = choice::control(control)?;
-        let actions = match control {
-            Control::Waypoint => grid.cell_count(),
-            Control::Step => field.step_count(),
-        };
+        let layout = choice::layout(observation, frame, Company::Alone, grid)?;
         Ok(Self {
             control,
             terms: Terms { end: choice::end(end)?, reward: choice::reward(reward)? },
             masked: choice::masked(masked_action)?,
-            arrays: Arrays::new(py, num_envs, grid, actions),
+            arrays: Arrays::new(py, num_envs, &layout, field.action_count(control)),
             measures: Measures::new(py, num_envs),
             lanes: Mutex::new((0..num_envs).map(|_| None).collect()),
+            layout,
             field,
         })
     }
@@ -116,6 +132,76 @@ impl Batch {
         let dict = self.arrays.dict(py)?;
         self.measures.add_to(&dict)?;
         Ok(dict)
+    }
+
+    /// Names of the features, in their order.
+    fn features(&self) -> Vec<&'static str> {
+        self.layout.features().iter().map(|feature| feature.as_str()).collect()
+    }
+
+    /// The exact belief of a search, in new arrays.
+    fn belief<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyDict>> {
+        self.of(place, |env| arrays::belief(py, &self.field, &env.view()))?
+    }
+
+    /// Other searches with the same future, and arrays of their own.
+    #[pyo3(name = "clone")]
+    fn copy(&self, py: Python<'_>) -> PyResult<Self> {
+        Ok(Self {
+            field: Arc::clone(&self.field),
+            control: self.control,
+            terms: self.terms,
+            masked: self.masked,
+            layout: self.layout.clone(),
+            arrays: self.arrays.copy(py)?,
+            measures: self.measures.copy(py)?,
+            lanes: Mutex::new(self.lock()?.clone()),
+        })
+    }
+
+    /// What makes a search again: its seed, and the cell that each action led to, by index; -1 where the robot stayed.
+    /// `None` before the first reset.
+    fn history<'py>(
+        &self,
+        py: Python<'py>,
+        place: usize,
+    ) -> PyResult<Option<(u64, Bound<'py, PyArray1<i64>>)>> {
+        let lanes = self.lock()?;
+        let lane = lanes.get(place).ok_or_else(|| no_environment(place))?;
+        Ok(lane.as_ref().map(|lane| (lane.seed, lane.history.to_pyarray(py))))
+    }
+
+    /// Makes a search again.
+    #[expect(clippy::needless_pass_by_value, reason = "it comes from Python")]
+    fn replay(
+        &self,
+        py: Python<'_>,
+        place: usize,
+        seed: u64,
+        history: PyReadonlyArray1<'_, i64>,
+    ) -> PyResult<()> {
+        let mut lanes = self.lock()?;
+        if place >= lanes.len() {
+            return Err(no_environment(place));
+        }
+        let mut tasks = vec![Task::Keep; lanes.len()];
+        tasks[place] = Task::Begin { seed };
+        self.perform(py, &mut lanes, &tasks)?;
+        let grid = self.field.scenario().terrain().grid();
+        for (step, &number) in history.as_array().iter().enumerate() {
+            let cell = u32::try_from(number).ok().and_then(|number| grid.cell_numbered(number));
+            tasks[place] = match cell {
+                Some(cell) => Task::Go(cell),
+                None if number == STAYED => Task::Wait,
+                None => {
+                    return Err(PyValueError::new_err(format!(
+                        "cell {number} of step {step}: not on the map"
+                    )));
+                }
+            };
+            self.perform(py, &mut lanes, &tasks)?;
+        }
+        Ok(())
     }
 
     /// Starts new episodes in the searches of the mask.
@@ -157,7 +243,7 @@ impl Batch {
             (Some(_), true, None) => {
                 Err(PyRuntimeError::new_err("step after the end of the episode; call reset first"))
             }
-            (Some(env), false, _) => self.task(place, env, actions[place]),
+            (Some(lane), false, _) => self.task(place, &lane.env, actions[place]),
         };
         let tasks = (0..lanes.len()).map(task).collect::<PyResult<Vec<Task>>>()?;
         self.perform(py, &mut lanes, &tasks)
@@ -195,7 +281,7 @@ impl Batch {
 
 impl Batch {
     /// Locks the searches.
-    fn lock(&self) -> PyResult<MutexGuard<'_, Vec<Option<SingleRobotEnv>>>> {
+    fn lock(&self) -> PyResult<MutexGuard<'_, Vec<Option<Lane>>>> {
         self.lanes.try_lock().map_err(|_| {
             PyRuntimeError::new_err("another thread is stepping this environment; allowed is one at a time")
         })
@@ -203,8 +289,9 @@ impl Batch {
 
     fn of<T>(&self, place: usize, read: impl FnOnce(&SingleRobotEnv) -> T) -> PyResult<T> {
         let lanes = self.lock()?;
-        let env = lanes.get(place).ok_or_else(|| PyValueError::new_err(format!("no environment {place}")))?;
-        env.as_ref().map(read).ok_or_else(|| PyRuntimeError::new_err("nothing before the first reset"))
+        let lane = lanes.get(place).ok_or_else(|| no_environment(place))?;
+        let lane = lane.as_ref().ok_or_else(|| PyRuntimeError::new_err("nothing before the first reset"))?;
+        Ok(read(&lane.env))
     }
 
     /// Whether each search has reported that it is over.
@@ -221,15 +308,8 @@ impl Batch {
 
     /// The task that an action stands for.
     fn task(&self, place: usize, env: &SingleRobotEnv, action: i64) -> PyResult<Task> {
-        let grid = self.field.scenario().terrain().grid();
         let from = env.cell();
-        let to = usize::try_from(action).ok().and_then(|action| match self.control {
-            Control::Step => self.field.neighbor(from, action),
-            Control::Waypoint => {
-                let cell = u32::try_from(action).ok().and_then(|number| grid.cell_numbered(number));
-                cell.filter(|&cell| self.field.is_in_reach(from, cell))
-            }
-        });
+        let to = usize::try_from(action).ok().and_then(|it| self.field.target(self.control, from, it));
         match (to, self.masked) {
             (Some(to), _) => Ok(Task::Go(to)),
             (None, Masked::Stay) if self.is_action(action) => Ok(Task::Wait),
@@ -237,15 +317,8 @@ impl Batch {
         }
     }
 
-    fn actions(&self) -> usize {
-        match self.control {
-            Control::Waypoint => self.field.scenario().terrain().grid().cell_count(),
-            Control::Step => self.field.step_count(),
-        }
-    }
-
     fn is_action(&self, action: i64) -> bool {
-        usize::try_from(action).is_ok_and(|action| action < self.actions())
+        usize::try_from(action).is_ok_and(|action| action < self.field.action_count(self.control))
     }
 
     fn refuse(&self, place: usize, from: Cell, action: i64) -> PyErr {
@@ -253,7 +326,7 @@ impl Batch {
         let what = if self.is_action(action) {
             "it is masked: the robot cannot get there".to_owned()
         } else {
-            format!("no such action: they are 0 to {}", self.actions() - 1)
+            format!("no such action: they are 0 to {}", self.field.action_count(self.control) - 1)
         };
         PyValueError::new_err(format!(
             "environment {place}, robot at row {}, column {}: action {action}: {what}; allowed are those whose \
@@ -263,7 +336,7 @@ impl Batch {
     }
 
     /// Performs the task of each search, in parallel, and writes its arrays and measures.
-    fn perform(&self, py: Python<'_>, lanes: &mut [Option<SingleRobotEnv>], tasks: &[Task]) -> PyResult<()> {
+    fn perform(&self, py: Python<'_>, lanes: &mut [Option<Lane>], tasks: &[Task]) -> PyResult<()> {
         let mut measured = vec![None; lanes.len()];
         let threads = if lanes.len() > 1 { pool::threads(py) } else { None };
         let mut written = self.arrays.write(py)?;
@@ -287,14 +360,15 @@ impl Batch {
 
     fn perform_one(
         &self,
-        lane: &mut Option<SingleRobotEnv>,
+        lane: &mut Option<Lane>,
         buffer: &mut ObservationBuffers<'_>,
         task: Task,
     ) -> Option<Measured> {
         if let Task::Begin { seed } = task {
-            *lane = Some(SingleRobotEnv::new(Arc::clone(&self.field), self.terms, seed));
+            let env = SingleRobotEnv::new(Arc::clone(&self.field), self.terms, seed);
+            *lane = Some(Lane { env, seed, history: Vec::new(), kept: Vec::new() });
         }
-        let env = lane.as_mut()?;
+        let Lane { env, history, kept, .. } = lane.as_mut()?;
         let reward = match (task, self.control) {
             (Task::Go(cell), Control::Waypoint) => env.go(cell),
             (Task::Go(cell), Control::Step) => env.step(cell),
@@ -302,12 +376,14 @@ impl Batch {
             (Task::Begin { .. }, _) => 0.0,
             (Task::Keep, _) => return None,
         };
-        let is_new = matches!(task, Task::Begin { .. });
-        if is_new {
-            env.draw(buffer, self.control);
-        } else {
-            env.redraw(buffer, self.control);
+        match task {
+            Task::Go(cell) => history.push(number(cell)),
+            Task::Wait => history.push(STAYED),
+            Task::Begin { .. } | Task::Keep => {}
         }
+        let is_new = matches!(task, Task::Begin { .. });
+        let extent = if is_new { Extent::All } else { Extent::Changes };
+        buffer.draw_env(env, &self.layout, self.control, extent, kept);
         Some(Measured {
             reward,
             // A search that is over when it begins reports this after its first action.
@@ -332,6 +408,18 @@ impl Measures {
             path_cells: column(py, searches),
             time_seconds: column(py, searches),
         }
+    }
+
+    fn copy(&self, py: Python<'_>) -> PyResult<Self> {
+        Ok(Self {
+            reward: arrays::copy(self.reward.bind(py))?,
+            terminated: arrays::copy(self.terminated.bind(py))?,
+            truncated: arrays::copy(self.truncated.bind(py))?,
+            f1: arrays::copy(self.f1.bind(py))?,
+            recall: arrays::copy(self.recall.bind(py))?,
+            path_cells: arrays::copy(self.path_cells.bind(py))?,
+            time_seconds: arrays::copy(self.time_seconds.bind(py))?,
+        })
     }
 
     fn add_to(&self, dict: &Bound<'_, PyDict>) -> PyResult<()> {
@@ -368,6 +456,10 @@ fn fill<T: numpy::Element>(
         }
     }
     Ok(())
+}
+
+fn no_environment(place: usize) -> PyErr {
+    PyValueError::new_err(format!("no environment {place}"))
 }
 
 fn number(cell: Cell) -> i64 {

@@ -1,20 +1,35 @@
-//! Policies against each other, as the command line compares them.
+//! Policies against each other, as the command line compares them, and policies written in Python among them.
+
+use std::sync::Arc;
 
 use dragnet_scenario::file::PolicyField;
+use dragnet_search::policy::Policy;
 use dragnet_search::utility::UtilityTable;
 use dragnet_sim::comparison::{self, Difference, Row, Setting, Trial, Verdict};
+use dragnet_sim::single_robot_env::Field;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
+use crate::callable::{Callable, Caller, Interface};
 use crate::pool;
 use crate::scenario::{Scenario, policy_field, refused};
+
+/// A policy as Python passes it: its label, and its text or what decides.
+#[derive(FromPyObject)]
+pub(crate) enum Competitor {
+    Named(String, String),
+    Callable(String, Py<PyAny>),
+}
 
 /// One policy on one scenario.
 struct Case {
     setting: Setting,
+    field: Arc<Field>,
     scenario: dragnet_scenario::Scenario,
+    /// What decides, if it is in Python.
+    callable: Option<Arc<Callable>>,
 }
 
 /// A table, a dictionary for each row.
@@ -27,37 +42,39 @@ type Rows<'py> = Vec<Bound<'py, PyDict>>;
 pub(crate) fn compare<'py>(
     py: Python<'py>,
     scenarios: Vec<Bound<'py, Scenario>>,
-    policies: Vec<String>,
+    policies: Vec<Competitor>,
     seeds: Vec<u64>,
     baseline: Option<String>,
+    interface: Interface,
 ) -> PyResult<(Rows<'py>, Rows<'py>)> {
     if seeds.is_empty() {
         return Err(PyValueError::new_err("no seed; allowed is at least one"));
     }
-    let policies = policies.iter().map(|it| policy_field(it)).collect::<PyResult<Vec<_>>>()?;
-    let labels: Vec<String> = policies.iter().map(ToString::to_string).collect();
-    let wanted = baseline.map(|wanted| policy_field(&wanted)).transpose()?.map(|wanted| wanted.to_string());
-    let baseline = comparison::baseline(labels.iter().map(String::as_str), wanted.as_deref());
-    let baseline = baseline.map_err(|allowed| {
-        PyValueError::new_err(format!("baseline={}; {allowed}", wanted.as_deref().unwrap_or_default()))
+    let labels = policies.iter().map(Competitor::label);
+    let baseline = comparison::baseline(labels, baseline.as_deref()).map_err(|allowed| {
+        PyValueError::new_err(format!("baseline={}; {allowed}", baseline.as_deref().unwrap_or_default()))
     })?;
     let mut cases = Vec::new();
     for scenario in &scenarios {
         for policy in &policies {
-            cases.push(case(scenario.get(), policy)?);
+            cases.push(case(py, scenario.get(), policy, &interface)?);
         }
     }
     // Shared tables are built before any decision is timed.
     let _ = UtilityTable::information();
     let threads = pool::threads(py);
-    let rows = py.detach(|| {
-        let rows = cases.iter().map(|case| match &threads {
-            Some(threads) => threads.install(|| case.run_side_by_side(&seeds)),
-            None => case.run(&seeds),
+    let mut rows = Vec::new();
+    for case in &cases {
+        rows.push(if case.callable.is_some() {
+            case.call(py, &seeds)?
+        } else {
+            let row = py.detach(|| match &threads {
+                Some(threads) => threads.install(|| case.run_side_by_side(&seeds)),
+                None => case.run(&seeds),
+            });
+            row.map_err(PyRuntimeError::new_err)?
         });
-        rows.collect::<Result<Vec<Row>, String>>()
-    });
-    let rows = rows.map_err(PyRuntimeError::new_err)?;
+    }
     let differences = comparison::differences(&rows, baseline);
     Ok((
         rows.iter().map(|row| columns(py, row)).collect::<PyResult<_>>()?,
@@ -65,10 +82,37 @@ pub(crate) fn compare<'py>(
     ))
 }
 
-fn case(scenario: &Scenario, policy: &PolicyField) -> PyResult<Case> {
-    let label = policy.to_string();
-    let scenario = scenario.inner().with_policy(policy.clone()).map_err(|error| refused(&error))?;
-    Ok(Case { setting: Setting::new(&scenario, label), scenario })
+/// The text of a policy as tables name it.
+#[pyfunction]
+pub(crate) fn policy_label(text: &str) -> PyResult<String> {
+    Ok(policy_field(text)?.to_string())
+}
+
+fn case(py: Python<'_>, scenario: &Scenario, policy: &Competitor, interface: &Interface) -> PyResult<Case> {
+    let of_robots = |field: PolicyField| scenario.inner().with_policy(field).map_err(|error| refused(&error));
+    let (scenario_of_case, callable) = match policy {
+        Competitor::Named(_, text) => (of_robots(policy_field(text)?)?, None),
+        Competitor::Callable(_, decide) => {
+            // One that decides at its waypoints only; what decides in its place is the callable.
+            let scenario_of_case = of_robots(policy_field("greedy")?)?;
+            let callable = Callable::new(py, decide, &scenario.field, interface)?;
+            (scenario_of_case, Some(Arc::new(callable)))
+        }
+    };
+    Ok(Case {
+        setting: Setting::new(&scenario_of_case, policy.label().to_owned()),
+        field: Arc::clone(&scenario.field),
+        scenario: scenario_of_case,
+        callable,
+    })
+}
+
+impl Competitor {
+    fn label(&self) -> &str {
+        match self {
+            Self::Named(label, _) | Self::Callable(label, _) => label,
+        }
+    }
 }
 
 impl Case {
@@ -83,6 +127,25 @@ impl Case {
 
     fn trial(&self, seed: u64) -> Result<Trial, String> {
         comparison::run(&self.setting, &self.scenario, seed).map_err(|error| error.to_string())
+    }
+
+    /// Runs episodes one after the other, since there is one interpreter; the first exception ends them.
+    fn call(&self, py: Python<'_>, seeds: &[u64]) -> PyResult<Row> {
+        let Some(callable) = &self.callable else { return self.run(seeds).map_err(PyRuntimeError::new_err) };
+        let mut trials = Vec::new();
+        for &seed in seeds {
+            py.check_signals()?;
+            callable.reset(py, seed)?;
+            let caller = |robot| -> Box<dyn Policy + Send> {
+                Box::new(Caller::new(callable, &self.field, seed, robot))
+            };
+            let trial = comparison::run_with(&self.setting, &self.scenario, seed, caller);
+            if let Some(failure) = callable.failure() {
+                return Err(failure);
+            }
+            trials.push(trial.map_err(|error| PyRuntimeError::new_err(error.to_string()))?);
+        }
+        Ok(Row::new(&self.setting, trials))
     }
 
     fn row(&self, trials: Result<Vec<Trial>, String>) -> Result<Row, String> {

@@ -7,12 +7,14 @@
 //! - `batch`: many searches of one robot each, stepped in parallel, with arrays that stay in place;
 //! - `team`: one search of a team;
 //! - `pool`: threads that survive `fork`;
-//! - `policy`, `compare`, `recording`: decisions, comparisons and recordings.
+//! - `policy`, `compare`, `recording`: decisions, comparisons and recordings;
+//! - `callable`: a policy that is a callable in Python.
 //!
 //! The interpreter lock is released while a search advances.
 
 mod arrays;
 mod batch;
+mod callable;
 mod choice;
 mod compare;
 mod policy;
@@ -27,13 +29,17 @@ mod _dragnet {
     #[pymodule_export]
     use crate::batch::Batch;
     #[pymodule_export]
-    use crate::compare::compare;
+    use crate::compare::{compare, policy_label};
     #[pymodule_export]
     use crate::policy::{Policy, policy_names};
     #[pymodule_export]
     use crate::recording::read_recording;
     #[pymodule_export]
-    use crate::scenario::Scenario;
+    use crate::scenario::{Scenario, scenarios};
     #[pymodule_export]
     use crate::team::Team;
+
+    /// Of the package, as Cargo has it.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
 }

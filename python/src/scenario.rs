@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use dragnet_scenario::ScenarioError;
 use dragnet_scenario::file::PolicyField;
+use dragnet_scenario::shipped::ShippedScenario;
 use dragnet_search::cell::Cell;
 use dragnet_search::route::Connectivity;
 use dragnet_sim::single_robot_env::Field;
@@ -133,9 +134,32 @@ impl Scenario {
         self.cells(py, |cell| self.inner().prior().probability(cell))
     }
 
+    /// Moves between cells by index, shape `[2, moves]`, and their lengths in cells, shape `[moves, 1]`.
+    fn edges<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray2<i64>>, Bound<'py, PyArray2<f32>>) {
+        let grid = self.inner().terrain().grid();
+        let of_cell = |from: Cell| {
+            let steps = (0..self.field.step_count()).filter_map(move |step| self.field.neighbor(from, step));
+            steps.map(move |to| (from, to))
+        };
+        let moves: Vec<(Cell, Cell)> = grid.cells().flat_map(of_cell).collect();
+        let ends = Array2::from_shape_fn((2, moves.len()), |(end, edge)| {
+            let (from, to) = moves[edge];
+            i64::from(if end == 0 { from } else { to }.number())
+        });
+        #[expect(clippy::cast_possible_truncation, reason = "1 or the root of 2")]
+        let length = |(edge, _): (usize, usize)| grid.offset(moves[edge].0, moves[edge].1).euclidean() as f32;
+        (ends.to_pyarray(py), Array2::from_shape_fn((moves.len(), 1), length).to_pyarray(py))
+    }
+
     fn __repr__(&self) -> String {
         format!("Scenario({:?}, {} x {} cells)", self.name(), self.rows(), self.columns())
     }
+}
+
+/// Name and summary of each scenario that comes with the package, in the order in which they are listed.
+#[pyfunction]
+pub(crate) fn scenarios() -> Vec<(&'static str, String)> {
+    ShippedScenario::all().map(|scenario| (scenario.name(), scenario.summary())).collect()
 }
 
 /// A policy, with parameters in parentheses as the command line takes them.

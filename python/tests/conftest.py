@@ -2,9 +2,9 @@
 
 import os
 import shutil
-import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import dragnet
@@ -12,8 +12,7 @@ import dragnet
 ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = ROOT / "scenarios"
 
-# Log-odds and distances may be infinite, and say so.
-warnings.filterwarnings("ignore", message=".*(maximum|minimum) value is -?infinity.*")
+KINDS = ["dict", "planes", "graph", "belief"]
 
 
 def small(rest: str = "", *, moves: int = 4, budget_cells: int = 400) -> dragnet.Scenario:
@@ -36,3 +35,8 @@ def program() -> str:
     path = os.environ.get("DRAGNET", str(ROOT / "target/debug/dragnet"))
     assert shutil.which(path), f"{path} is missing: cargo build -p dragnet"
     return path
+
+
+def masked_sample(mask: np.ndarray, random: np.random.Generator) -> int:
+    """An action that can be taken."""
+    return int(random.choice(np.flatnonzero(mask)))

@@ -1,12 +1,14 @@
 """Whatever comes in, an exception says what is wrong with it; the interpreter lives on."""
 
 import threading
+from typing import get_args
 
 import numpy as np
 import pytest
 from conftest import SCENARIOS, small
 
 import dragnet
+from dragnet import choices
 
 
 def refused(error, message, call, *arguments, **named):
@@ -25,7 +27,7 @@ def test_scenarios():
     refused(TypeError, "Scenario.load", dragnet.Scenario, "a.toml")
 
 
-@pytest.mark.parametrize("name", ["control", "reward", "end", "masked_action", "render_mode"])
+@pytest.mark.parametrize("name", ["control", "reward", "end", "masked_action", "observation", "frame", "render_mode"])
 def test_choices(name):
     for make in (dragnet.SearchEnv, dragnet.SearchVectorEnv):
         refused(ValueError, f'{name}="sideways"; allowed are', make, small(), **{name: "sideways"})
@@ -33,9 +35,28 @@ def test_choices(name):
         refused(ValueError, f'{name}="sideways"', dragnet.parallel_env, small(), **{name: "sideways"})
 
 
+def test_the_types_of_choices_are_the_choices():
+    """A checker of types allows what is allowed, and nothing else."""
+    literals = {
+        "control": choices.Control,
+        "reward": choices.Reward,
+        "end": choices.End,
+        "masked_action": choices.MaskedAction,
+        "observation": choices.ObservationKind,
+        "frame": choices.Frame,
+    }
+    for name, literal in literals.items():
+        for value in get_args(literal):
+            dragnet.SearchEnv(small(), **{name: value})
+        allowed = {f'"{value}"' for value in get_args(literal)}
+        with pytest.raises(ValueError, match=name) as raised:
+            dragnet.SearchEnv(small(), **{name: ""})
+        assert set(str(raised.value).partition("allowed are ")[2].split(", ")) == allowed
+
+
 @pytest.mark.parametrize("control", ["waypoint", "step"])
 def test_actions(control):
-    env = dragnet.SearchEnv(small(), control=control)
+    env = dragnet.SearchEnv(small(), control=control, masked_action="error")
     refused(RuntimeError, "before the first reset", env.step, 0)
     _, info = env.reset(seed=0)
     seed = 0
@@ -65,6 +86,8 @@ def test_options_are_refused_by_name():
     refused(RuntimeError, "first reset", env.reset, options={"reset_mask": np.array([True, False])})
     env.reset(options={"reset_mask": np.ones(2, dtype=bool)})
     env.reset(options={})
+    with pytest.warns(UserWarning, match="option 'mask' has no effect"):
+        dragnet.parallel_env(small()).reset(options={"mask": 1})
 
 
 def test_steps_after_the_end():
@@ -90,14 +113,13 @@ def test_vectors():
     refused(TypeError, "dtype float64", env.step, np.zeros(3))
     refused(TypeError, "dtype float64", env.step, [0, 1, np.nan])
     good = info["action_mask"].argmax(axis=1)
-    before = [env._batch.digest(place) for place in range(3)]
+    before = [env._native.digest(place) for place in range(3)]
     refused(ValueError, "environment 1.*no such action", env.step, [good[0], 9, good[2]])
-    assert [env._batch.digest(place) for place in range(3)] == before, "no lane has moved"
+    assert [env._native.digest(place) for place in range(3)] == before, "no lane has moved"
     refused(ValueError, "2 seeds", env.reset, seed=[1, 2])
     observation, info = env.reset()
     good = info["action_mask"].argmax(axis=1)
-    for array in observation.values():
-        array.flags.writeable = False
+    observation["action_mask"].flags.writeable = False
     refused(RuntimeError, "cannot be written", env.step, good)
 
 
@@ -105,8 +127,10 @@ def test_teams():
     stranger = "robot 7; allowed are the robots' numbers, 1 to 2"
     refused(ValueError, stranger, dragnet.parallel_env, small(), robots=2, crashes={7: 1.0})
     refused(ValueError, "seconds", dragnet.parallel_env, small(), robots=2, crashes={1: float("nan")})
-    env = dragnet.parallel_env(small(), robots=2)
+    env = dragnet.parallel_env(small(), robots=2, masked_action="error")
     env.reset(seed=0)
+    refused(KeyError, "robot_3", env.observation_space, "robot_3")
+    refused(KeyError, "robot_3", env.belief, "robot_3")
     refused(ValueError, "allowed is one for each", env.step, {"robot_1": 0})
     refused(ValueError, "allowed is one for each", env.step, {"robot_1": 0, "robot_2": 0, "robot_3": 0})
     refused(TypeError, "action of robot_2", env.step, {"robot_1": 0, "robot_2": 0.5})
@@ -118,6 +142,9 @@ def test_policies():
     refused(ValueError, "weights", dragnet.Policy, "path", weights="a.safetensors")
     env = dragnet.SearchEnv(small())
     observation, _ = env.reset(seed=0)
+    refused(ValueError, r"belief without 'log_odds'; allowed is what belief\(\)", dragnet.Policy("path"), observation)
+    refused(TypeError, "belief of type ndarray", dragnet.Policy("path"), np.zeros(3))
+    observation = env.belief()
     for policy in (dragnet.Policy("path"), dragnet.Policy("path", env.scenario)):
         for name in ("log_odds", "precision", "weighted_sum"):
             broken = observation | {name: np.full_like(observation[name], np.nan)}
@@ -148,7 +175,14 @@ def test_policies():
 def test_comparisons_and_recordings(tmp_path):
     refused(ValueError, "unknown policy", dragnet.compare, small(), ["gnm"])
     refused(TypeError, "a list of names", dragnet.compare, small(), "path")
+    refused(TypeError, "a list of names", dragnet.compare, small(), [lambda observation, mask: 0])
+    refused(TypeError, r"policies\['mine'\] of type int", dragnet.compare, small(), {"mine": 3})
+    refused(TypeError, "name 3", dragnet.compare, small(), {3: "path"})
+    refused(ValueError, "baseline=path; allowed are mine", dragnet.compare, small(), {"mine": "tour"}, baseline="path")
+    refused(ValueError, 'frame="sky"', dragnet.compare, small(), {"mine": lambda o, m: 0}, frame="sky")
     refused(ValueError, "no seed", dragnet.compare, small(), ["path"], seeds=0)
+    refused(TypeError, "seeds 2.0 of type float; allowed is an integer", dragnet.compare, small(), ["path"], seeds=2.0)
+    refused(ValueError, "seed -1", dragnet.compare, small(), ["path"], seeds=[-1])
     refused(OSError, "nothing.mcap", dragnet.read_recording, tmp_path / "nothing.mcap")
     refused((OSError, ValueError), "README", dragnet.read_recording, SCENARIOS / "README.md")
 
@@ -176,3 +210,68 @@ def test_one_environment_in_two_threads():
     assert told
     assert all("one at a time" in message for message in told), set(told)
     env.step(np.zeros(64, dtype=np.int64))
+
+
+@pytest.mark.parametrize(
+    ("action", "error", "message"),
+    [
+        (900, ValueError, "action 900: no such action; they are 0 to 167"),
+        (-1, ValueError, "action -1: no such action"),
+        (float("nan"), TypeError, "action nan of type float; allowed is an integer"),
+        (np.zeros(2), TypeError, r"action array\(\[0., 0.\]\) of type ndarray"),
+        ("north", TypeError, "action 'north' of type str"),
+    ],
+)
+def test_what_a_policy_of_ones_own_must_not_do(action, error, message):
+    """It says in which decision, where, and of which episode."""
+    where = r'policy \'mine\' on "small", seed 4, decision 3 of robot_1 at row \d+, column \d+: '
+    asked = []
+
+    def decide(observation, mask):
+        asked.append(observation)
+        return action if len(asked) == 3 else int(mask.argmax())
+
+    refused(error, f"^{where}{message}", dragnet.compare, small(), {"mine": decide}, seeds=[4])
+    assert len(asked) == 3
+
+    def masked(observation, mask):
+        return int(mask.argmin())
+
+    refused(ValueError, "it is masked", dragnet.compare, small(), {"mine": masked}, seeds=[4], control="waypoint")
+
+    def fails(observation, mask):
+        return observation["no such part"]
+
+    with pytest.raises(RuntimeError, match="decision 1 of robot_1.*KeyError: 'no such part'") as raised:
+        dragnet.compare(small(), {"mine": fails}, seeds=[4])
+    assert isinstance(raised.value.__cause__, KeyError)
+
+    def interrupted(observation, mask):
+        raise KeyboardInterrupt
+
+    refused(KeyboardInterrupt, "^$", dragnet.compare, small(), {"mine": interrupted}, seeds=[4])
+
+
+def test_closed_environments():
+    envs = [dragnet.SearchEnv(small(), render_mode="rgb_array"), dragnet.SearchVectorEnv(small(), 2)]
+    for env in [*envs, dragnet.parallel_env(small(), robots=2)]:
+        env.reset(seed=0)
+        env.close()
+        env.close()
+        refused(RuntimeError, "reset of an environment that is closed", env.reset, seed=0)
+        refused(RuntimeError, "step of an environment that is closed", env.step, 0)
+        refused(RuntimeError, "render of an environment that is closed", env.render)
+
+
+def test_a_spoiled_history():
+    env = dragnet.SearchEnv(small())
+    env.reset(seed=0)
+    state = env.__getstate__()
+    for cell in (-2, 10**6, 2**40):
+        spoiled = state | {"_history": (0, np.array([cell]))}
+        refused(
+            ValueError,
+            f"cell {cell} of step 0: not on the map",
+            dragnet.SearchEnv.__new__(dragnet.SearchEnv).__setstate__,
+            spoiled,
+        )

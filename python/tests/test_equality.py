@@ -17,10 +17,10 @@ def play(policy: str, seed: int) -> tuple[dragnet.SearchEnv, dict]:
     """An episode as the robots of the field search."""
     env = dragnet.SearchEnv(SCENARIO, end="resting")
     decide = dragnet.Policy(policy, env.scenario, seed=seed)
-    observation, info = env.reset(seed=seed)
+    _, info = env.reset(seed=seed)
     over = False
     while not over:
-        observation, _, terminated, truncated, info = env.step(decide(observation).waypoint)
+        _, _, terminated, truncated, info = env.step(decide(env.belief()).waypoint)
         over = terminated or truncated
     return env, info
 
@@ -61,12 +61,12 @@ def test_steps_along_the_way_to_waypoints_see_the_same(moves):
     scenario = small(moves=moves)
     far, near = dragnet.SearchEnv(scenario), dragnet.SearchEnv(scenario, control="step")
     decide = dragnet.Policy("path", scenario)
-    observation, _ = far.reset(seed=4)
+    far.reset(seed=4)
     near.reset(seed=4)
     over = False
     while not over:
         before = len(far.path)
-        observation, gain, terminated, truncated, _ = far.step(decide(observation).waypoint)
+        _, gain, terminated, truncated, _ = far.step(decide(far.belief()).waypoint)
         over = terminated or truncated
         gains = 0.0
         for start, end in zip(far.path[before - 1 : -1], far.path[before:], strict=True):
@@ -81,9 +81,10 @@ def test_steps_along_the_way_to_waypoints_see_the_same(moves):
 
 def test_without_a_scenario_a_policy_takes_the_defaults():
     env = dragnet.SearchEnv(SCENARIO)
-    observation, _ = env.reset(seed=2)
+    env.reset(seed=2)
+    belief = env.belief()
     for name in ("path", "greedy", "coverage", "nats", "guts", "gnn", "path-additive"):
-        with_it, without = dragnet.Policy(name, env.scenario)(observation), dragnet.Policy(name)(observation)
+        with_it, without = dragnet.Policy(name, env.scenario)(belief), dragnet.Policy(name)(belief)
         assert with_it.waypoint == without.waypoint
         assert np.allclose(with_it.scores, without.scores)
         assert with_it.scores.shape == env.scenario.shape

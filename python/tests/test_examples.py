@@ -1,8 +1,12 @@
 """The examples run, and do what they say."""
 
 import importlib.util
+import re
 import sys
 
+import numpy as np
+import pytest
+import torch
 from conftest import ROOT
 
 
@@ -12,6 +16,11 @@ def example(name):
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(autouse=True)
+def few_threads():
+    torch.set_num_threads(1)
 
 
 def test_a_random_agent_finds_some():
@@ -38,3 +47,17 @@ def test_an_agent_learns():
 def test_a_picture_is_drawn(tmp_path):
     example("picture").main(tmp_path / "run.png")
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_code_of_the_guide_runs(monkeypatch):
+    """Block after block, as a reader would type it; with fewer steps of learning and fewer seeds."""
+    monkeypatch.chdir(ROOT)
+    names = {"np": np, "torch": torch}
+    count = 0
+    for page in ("docs/python.md", "python/README.md"):
+        for block in re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.DOTALL):
+            few = block.replace("10_000", "64").replace("seeds=100", "seeds=2")
+            exec(compile(few, page, "exec"), names)
+            count += 1
+    assert count >= 9
+    assert {row["policy"] for row in names["table"]} == {"mine", "tour"}

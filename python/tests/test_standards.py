@@ -7,7 +7,7 @@ import sys
 import gymnasium as gym
 import numpy as np
 import pytest
-from conftest import small
+from conftest import KINDS, ROOT, masked_sample, small
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from pettingzoo.test import parallel_api_test, parallel_seed_test
@@ -20,37 +20,81 @@ CONTROLS = ["waypoint", "step"]
 @pytest.mark.parametrize("control", CONTROLS)
 @pytest.mark.parametrize("moves", [4, 8])
 @pytest.mark.parametrize("reward", ["entropy", "found", "f1"])
-def test_gymnasium_accepts_the_environment(control, moves, reward):
-    arguments = {"control": control, "reward": reward, "masked_action": "stay", "render_mode": "rgb_array"}
-    env = gym.make("dragnet/Search-v0", scenario=small(moves=moves), **arguments)
+@pytest.mark.parametrize("frame", ["map", "robot"])
+@pytest.mark.parametrize("kind", ["dict", "planes", "graph"])
+@pytest.mark.filterwarnings("error")
+def test_gymnasium_accepts_the_environment_without_a_warning(control, moves, reward, frame, kind):
+    arguments = {"control": control, "reward": reward, "observation": kind, "frame": frame}
+    env = gym.make("dragnet/Search-v0", scenario=small(moves=moves), render_mode="rgb_array", **arguments)
     check_env(env.unwrapped)
 
 
+@pytest.mark.filterwarnings("error")
+def test_gymnasium_accepts_the_default_without_a_warning():
+    check_env(gym.make("dragnet/Search-v0").unwrapped)
+
+
+def test_every_registered_environment_is_made_with_its_scenario_alone_and_batched():
+    names = [spec.name for spec in gym.registry.values() if spec.namespace == "dragnet"]
+    assert {"Search", "IceCreamCone", "OpenMap", "OpenAsterisk", "FigureFour", "Jersey", "MissingPerson"} == set(names)
+    for name in names:
+        env = gym.make(f"dragnet/{name}-v0")
+        observation, _ = env.reset(seed=1)
+        assert observation in env.observation_space, name
+        assert env.unwrapped.scenario.robots == 1
+        # With its map, which comes with the package too.
+        assert pickle.loads(pickle.dumps(env.unwrapped)).digest == env.unwrapped.digest
+    envs = gym.make_vec("dragnet/OpenMap-v0", num_envs=2, observation="planes")
+    planes, _ = envs.reset(seed=1)
+    assert planes.shape == (2, 8, 30, 30)
+    for mode in ("sync", "async"):
+        theirs = gym.make_vec("dragnet/OpenMap-v0", num_envs=2, vectorization_mode=mode, observation="planes")
+        assert np.array_equal(theirs.reset(seed=1)[0], planes)
+        theirs.close()
+
+
+def test_the_scenarios_that_come_with_the_package_are_there_without_a_checkout(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scenarios = dragnet.scenarios()
+    assert {"ice_cream_cone", "warehouse", "paper/figure_four"} <= set(scenarios)
+    for name, summary in scenarios.items():
+        assert summary.endswith((".", "?")), name
+        assert dragnet.Scenario.load(name).shape[0] > 1
+    # A registered environment is that of the package, whatever is in the folder.
+    (tmp_path / "ice_cream_cone").write_text("nothing")
+    assert gym.make("dragnet/IceCreamCone-v0").unwrapped.scenario.shape == (30, 30)
+
+
+def test_the_version_is_that_of_the_package():
+    assert f'\nversion = "{dragnet.__version__}"\n' in (ROOT / "Cargo.toml").read_text()
+
+
 @pytest.mark.parametrize("control", CONTROLS)
-def test_pettingzoo_accepts_the_team(control):
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.filterwarnings("ignore:option 'options' has no effect")
+def test_pettingzoo_accepts_the_team(control, kind):
     scenario = small("network = { loss = 0.2, delay_seconds = 3.0 }", budget_cells=60)
 
     def team():
         return dragnet.parallel_env(
-            scenario, robots=3, control=control, masked_action="stay", crashes={2: 150.0}, render_mode="rgb_array"
+            scenario, robots=3, control=control, observation=kind, crashes={2: 150.0}, render_mode="rgb_array"
         )
 
     parallel_api_test(team(), num_cycles=500)
     parallel_seed_test(team, num_cycles=100)
 
 
-def masked_sample(env, mask, random):
-    return int(random.choice(np.flatnonzero(mask)))
-
-
 @pytest.mark.parametrize("control", CONTROLS)
-def test_the_vector_environment_goes_through_the_episodes_of_single_ones(control):
+@pytest.mark.parametrize("frame", ["map", "robot"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_vector_environment_goes_through_the_episodes_of_single_ones(control, frame, kind):
     """Two or more episodes of each lane, bit for bit, against Gymnasium's own vector environment of ours."""
     scenario = small(budget_cells=40)
-    ours = gym.make_vec("dragnet/Search-v0", num_envs=5, scenario=scenario, control=control)
+    choices = {"control": control, "frame": frame, "observation": kind}
+    ours = gym.make_vec("dragnet/Search-v0", num_envs=5, scenario=scenario, **choices)
     assert isinstance(ours, dragnet.SearchVectorEnv)
     assert ours.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
-    theirs = SyncVectorEnv([lambda: dragnet.SearchEnv(scenario, control=control)] * 5)
+    theirs = SyncVectorEnv([lambda: dragnet.SearchEnv(scenario, **choices)] * 5)
     assert ours.observation_space == theirs.observation_space
     assert ours.action_space == theirs.action_space
     (seen, info), (expected, expected_info) = ours.reset(seed=3), theirs.reset(seed=3)
@@ -61,7 +105,7 @@ def test_the_vector_environment_goes_through_the_episodes_of_single_ones(control
         assert seen in ours.observation_space
         for name in ("action_mask", "seed", "f1", "recall", "path_cells", "time_seconds"):
             assert np.array_equal(info[name], expected_info[name]), name
-        actions = np.array([masked_sample(ours, mask, random) for mask in info["action_mask"]])
+        actions = np.array([masked_sample(mask, random) for mask in info["action_mask"]])
         seen, *judged, info = ours.step(actions)
         expected, *expected_judged, expected_info = theirs.step(actions)
         for mine, its in zip(judged, expected_judged, strict=True):
@@ -78,7 +122,7 @@ def test_some_environments_begin_anew_as_in_gymnasiums_own_vector_environment():
     (seen, info), (expected, _) = ours.reset(seed=3), theirs.reset(seed=3)
     met_an_end = False
     for turn in range(60):
-        actions = np.array([masked_sample(ours, mask, random) for mask in info["action_mask"]])
+        actions = np.array([masked_sample(mask, random) for mask in info["action_mask"]])
         seen, _, *ended, info = ours.step(actions)
         expected, _, *its_ended, _ = theirs.step(actions)
         assert data_equivalence(seen, expected, exact=True)
@@ -131,7 +175,7 @@ def test_the_arrays_of_a_vector_environment_stay_where_they_are_unless_copied():
         env = dragnet.SearchVectorEnv(small(), 2, control="step", copy=copy)
         first, info = env.reset(seed=0)
         second, *_ = env.step([int(np.argmax(mask)) for mask in info["action_mask"]])
-        for name in ("log_odds", "probability", "distance", "position"):
+        for name in ("probability", "distance", "position", "action_mask"):
             assert np.shares_memory(first[name], second[name]) != copy, name
 
 

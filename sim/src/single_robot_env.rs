@@ -2,9 +2,9 @@
 //!
 //! World, seeds, motion, belief and stopping conditions are those of an [`crate::episode`] of one robot, but there are
 //! no messages and no queue of events: it makes hundreds of thousands of moves per second. [`field`] holds the data
-//! that all searches of a scenario share, [`buffers`] the arrays of a learner's observation.
+//! that all searches of a scenario share, [`features`] what a learner observes.
 
-pub mod buffers;
+pub mod features;
 pub mod field;
 
 use std::sync::Arc;
@@ -20,8 +20,8 @@ use dragnet_search::route::ShortestPathTree;
 
 use crate::simulation::End;
 use crate::world::World;
-pub use buffers::ObservationBuffers;
-pub use field::Field;
+use features::{Layout, View};
+pub use field::{Control, Field};
 
 const ROBOT: RobotId = RobotId::FIRST;
 
@@ -56,7 +56,8 @@ pub enum Ended {
     Spent,
 }
 
-/// A search of one robot in progress.
+/// A search of one robot in progress. A copy of it has the same future: the same actions see the same readings.
+#[derive(Clone)]
 pub struct SingleRobotEnv {
     field: Arc<Field>,
     terms: Terms,
@@ -75,6 +76,8 @@ pub struct SingleRobotEnv {
     worth: f64,
     /// Cells observed since the last drawing, possibly repeated.
     seen: Vec<Cell>,
+    /// The robot's cell at that drawing.
+    drawn: Cell,
     readings: Vec<Reading>,
     found: Vec<Cell>,
 }
@@ -101,6 +104,7 @@ impl SingleRobotEnv {
             entropy_nats,
             worth: 0.0,
             seen: Vec::new(),
+            drawn: world.body(ROBOT).cell,
             readings: Vec::new(),
             found: Vec::new(),
             world,
@@ -229,6 +233,34 @@ impl SingleRobotEnv {
         {
             self.ended = Some(Ended::Cleared);
         }
+    }
+
+    /// Writes all features in the map's frame, shape as in [`Layout::drawn_len`].
+    pub fn draw(&mut self, layout: &Layout, numbers: &mut [f32]) {
+        layout.draw(&self.field, &self.view(), numbers);
+        self.seen.clear();
+        self.drawn = self.cell();
+    }
+
+    /// Writes what changed since the last call.
+    pub fn redraw(&mut self, layout: &Layout, numbers: &mut [f32]) {
+        layout.redraw(&self.field, &self.view(), self.drawn, &self.seen, numbers);
+        self.seen.clear();
+        self.drawn = self.cell();
+    }
+
+    /// What the robot knows.
+    #[must_use]
+    pub fn view(&self) -> View<'_> {
+        View { belief: self.belief(), robot: self.cell(), budget: self.budget(), teammates: &[] }
+    }
+
+    /// Share of the budget that is left, `0..=1`.
+    #[must_use]
+    pub fn budget(&self) -> f32 {
+        let elapsed = self.now.since(MissionTime::START);
+        let mission = self.field.scenario().mission();
+        self.field.budget(mission.remaining_meters(self.spent_meters, elapsed))
     }
 
     fn is_spent(&self) -> bool {

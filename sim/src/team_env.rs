@@ -121,14 +121,13 @@ impl TeamEnv {
 
     fn judge(&mut self) {
         let is_all_found = self.score().false_negatives == 0;
-        let (mission, cell_meters) =
-            (self.field.scenario().mission(), self.field.scenario().terrain().cell_meters());
+        let mission = self.field.scenario().mission();
         let elapsed = self.now.since(MissionTime::START);
         for place in 0..self.termination_reasons.len() {
             if self.termination_reasons[place] != TerminationReason::Searching {
                 continue;
             }
-            let spent_meters = (self.path_cells(place) + self.waited_cells[place]) * cell_meters;
+            let spent_meters = self.spent_meters(place);
             self.termination_reasons[place] = if !self.simulation.is_up(self.robot(place)) {
                 TerminationReason::Crashed
             } else if is_all_found {
@@ -178,6 +177,18 @@ impl TeamEnv {
     #[must_use]
     pub fn path_cells(&self, place: usize) -> f64 {
         self.simulation.world().body(self.robot(place)).path_cells
+    }
+
+    /// Path length and waiting of a robot, meters: what the budget counts.
+    fn spent_meters(&self, place: usize) -> f64 {
+        (self.path_cells(place) + self.waited_cells[place]) * self.field.scenario().terrain().cell_meters()
+    }
+
+    /// Path length that the budget leaves to a robot, meters.
+    #[must_use]
+    pub fn remaining_meters(&self, place: usize) -> f64 {
+        let elapsed = self.now.since(MissionTime::START);
+        self.field.scenario().mission().remaining_meters(self.spent_meters(place), elapsed)
     }
 
     /// The belief of a robot: from its own readings, and those received so far.

@@ -20,6 +20,7 @@ use rand::seq::IndexedRandom;
 const LONGEST_SECONDS: f64 = 1e10;
 
 /// Objects and robots on the map, and the belief from all readings together.
+#[derive(Clone)]
 pub struct World {
     terrain: Terrain,
     sensor: Arc<Sensor>,
@@ -36,6 +37,7 @@ pub struct World {
 }
 
 /// A robot's body.
+#[derive(Clone)]
 pub struct Body {
     /// Its cell.
     pub cell: Cell,

@@ -38,6 +38,26 @@ fn environments_conform_to_gymnasium_and_pettingzoo() {
 }
 
 #[test]
+fn what_learns_in_environments_of_gymnasium_learns_in_these() {
+    check("test_libraries.py");
+}
+
+#[test]
+fn observations_in_python_are_finite_features_of_cells() {
+    check("test_observations.py");
+}
+
+#[test]
+fn a_copy_of_an_environment_in_python_has_its_future() {
+    check("test_copies.py");
+}
+
+#[test]
+fn policies_written_in_python_are_compared_with_the_built_in_ones() {
+    check("test_comparison.py");
+}
+
+#[test]
 fn an_episode_in_python_is_that_of_the_command_line() {
     check("test_equality.py");
 }

@@ -1,10 +1,12 @@
 //! The data that all searches of a scenario share: its map, and tables computed from it.
 
+use std::borrow::Cow;
+
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Cell;
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 
-/// Lengths of shortest paths are stored for all pairs of cells up to this number of pairs: 16 MiB.
+/// Shares of shortest paths are stored for all pairs of cells up to this number of pairs: 16 MiB.
 const MOST_PAIRS: usize = 1 << 22;
 
 /// A scenario, and the paths on its map.
@@ -16,8 +18,19 @@ pub struct Field {
     /// The connected area of a cell, named by the index of one of its cells; `None` for cells that are not traversable.
     /// Shape `[cells]`.
     area: Vec<Option<Cell>>,
-    /// Lengths of shortest paths, cells, shape `[cells, cells]` by start and end; empty on large maps.
-    distances: Vec<f32>,
+    /// [`Field::distance_shares`] of each cell, shape `[cells, cells]`; empty on large maps.
+    distance_shares: Vec<f32>,
+    /// [`Field::least_precision`].
+    least_precision: f64,
+}
+
+/// What an action names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// A cell to go to, by index.
+    Waypoint,
+    /// A step to a neighbor, by its index in the offsets of the moves.
+    Step,
 }
 
 impl Field {
@@ -45,14 +58,16 @@ impl Field {
                 }
             }
         }
-        let mut distances = Vec::new();
+        let mut distance_shares = Vec::new();
         if count.checked_mul(count).is_some_and(|pairs| pairs <= MOST_PAIRS) {
-            distances.resize(count * count, f32::INFINITY);
+            distance_shares.resize(count * count, 1.0);
             for cell in terrain.traversable_cells() {
-                fill(&scenario, cell, &mut distances[cell.index() * count..][..count]);
+                distance_shares[cell.index() * count..][..count].copy_from_slice(&shares(&scenario, cell));
             }
         }
-        Self { scenario, neighbors, area, distances }
+        let precisions = scenario.sensor().footprint().iter().map(|it| it.precision as f64);
+        let least_precision = precisions.fold(f64::INFINITY, f64::min);
+        Self { scenario, neighbors, area, distance_shares, least_precision }
     }
 
     /// The scenario.
@@ -80,19 +95,85 @@ impl Field {
         from != to && self.area[from.index()].is_some() && self.area[from.index()] == self.area[to.index()]
     }
 
-    /// Writes the lengths of the shortest paths from a cell, cells, to shape `[cells]`; infinite out of reach.
-    pub fn draw_distances(&self, from: Cell, lengths: &mut [f32]) {
-        let count = lengths.len();
-        match self.distances.get(from.index() * count..(from.index() + 1) * count) {
-            Some(row) => lengths.copy_from_slice(row),
-            None => fill(&self.scenario, from, lengths),
+    /// Number of actions.
+    #[must_use]
+    pub fn action_count(&self, control: Control) -> usize {
+        match control {
+            Control::Waypoint => self.scenario.terrain().grid().cell_count(),
+            Control::Step => self.step_count(),
         }
+    }
+
+    /// The cell that an action leads to from a cell, if it can be taken.
+    #[must_use]
+    pub fn target(&self, control: Control, from: Cell, action: usize) -> Option<Cell> {
+        match control {
+            Control::Step => self.neighbor(from, action),
+            Control::Waypoint => {
+                let grid = self.scenario.terrain().grid();
+                let cell = u32::try_from(action).ok().and_then(|number| grid.cell_numbered(number));
+                cell.filter(|&cell| self.is_in_reach(from, cell))
+            }
+        }
+    }
+
+    /// Writes 1 for each action that can be taken from a cell, else 0: shape `[actions]`.
+    pub fn draw_mask(&self, control: Control, from: Cell, mask: &mut [i8]) {
+        match control {
+            Control::Step => {
+                for (step, is_open) in mask.iter_mut().enumerate() {
+                    *is_open = i8::from(self.neighbor(from, step).is_some());
+                }
+            }
+            Control::Waypoint => {
+                let area = self.area[from.index()];
+                for (is_open, other) in mask.iter_mut().zip(&self.area) {
+                    *is_open = i8::from(area.is_some() && *other == area);
+                }
+                mask[from.index()] = 0;
+            }
+        }
+    }
+
+    /// The share of a robot's budget that this path length is, meters; `0..=1`.
+    #[must_use]
+    pub fn budget(&self, remaining_meters: f64) -> f32 {
+        let cells = remaining_meters / self.scenario.terrain().cell_meters();
+        #[expect(clippy::cast_possible_truncation, reason = "a share for networks")]
+        let share = (cells / self.scenario.budget_cells().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) as f32;
+        share
+    }
+
+    /// Precision that a reading from the sensor's radius adds, units of [`dragnet_search::evidence`]: the least that any does.
+    #[must_use]
+    pub const fn least_precision(&self) -> f64 {
+        self.least_precision
+    }
+
+    /// Length `d` of the shortest path from a cell to each, as `d / (d + h)`, where `h` is half of the sum of the map's rows and
+    /// columns; 1 out of reach. Shape `[cells]`.
+    #[must_use]
+    pub fn distance_shares(&self, from: Cell) -> Cow<'_, [f32]> {
+        let count = self.scenario.terrain().grid().cell_count();
+        match self.distance_shares.get(from.index() * count..(from.index() + 1) * count) {
+            Some(row) => Cow::Borrowed(row),
+            None => Cow::Owned(shares(&self.scenario, from)),
+        }
+    }
+
+    /// Lengths of the shortest paths from a cell, cells, shape `[cells]`; infinite out of reach.
+    #[must_use]
+    pub fn distances(&self, from: Cell) -> Vec<f32> {
+        let (terrain, connectivity) = (self.scenario.terrain(), self.scenario.connectivity());
+        let routes = ShortestPathTree::from(terrain, connectivity, from);
+        terrain.grid().cells().map(|cell| routes.length(cell)).collect()
     }
 }
 
-fn fill(scenario: &Scenario, from: Cell, lengths: &mut [f32]) {
-    let routes = ShortestPathTree::from(scenario.terrain(), scenario.connectivity(), from);
-    for (cell, length) in scenario.terrain().grid().cells().zip(lengths) {
-        *length = routes.length(cell);
-    }
+fn shares(scenario: &Scenario, from: Cell) -> Vec<f32> {
+    let (terrain, connectivity) = (scenario.terrain(), scenario.connectivity());
+    let routes = ShortestPathTree::from(terrain, connectivity, from);
+    let half = (terrain.grid().rows() + terrain.grid().columns()) as f32 / 2.0;
+    // Not `d / (d + h)`: that is no number out of reach.
+    terrain.grid().cells().map(|cell| 1.0 - half / (routes.length(cell) + half)).collect()
 }

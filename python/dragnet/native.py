@@ -1,0 +1,80 @@
+"""What all environments share: a native part that holds the search, and copies of it."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from typing_extensions import Self
+
+
+class NativeEnv:
+    """An environment over a native part: it can be closed, cloned, deep-copied and pickled.
+
+    A copy has the same future: the same actions see the same noise, and the same sequence of episodes follows. A pickle
+    holds the seed and the actions since :meth:`reset`, which are taken again when it is read.
+    """
+
+    #: Attributes that belong to the native part; a copy gets its own.
+    _OF_NATIVE = ("_native", "_arrays", "_views")
+    #: Attributes that copies share, since nothing changes them.
+    _SHARED = (
+        "scenario",
+        "observation_space",
+        "single_observation_space",
+        "_observation_space",
+        "state_space",
+        "_observer",
+    )
+
+    closed = False
+
+    def clone(self) -> Self:
+        """Another environment in the same state, with the same future; neither changes the other."""
+        other = object.__new__(type(self))
+        for name, value in self.__dict__.items():
+            if name not in self._OF_NATIVE:
+                other.__dict__[name] = value if name in self._SHARED else copy.deepcopy(value)
+        other._connect(self._native_copy())
+        return other
+
+    def close(self) -> None:
+        """Ends the environment: whatever is called then raises ``RuntimeError``. A second call does nothing."""
+        self.closed = True
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Self:
+        return self.clone()
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {name: value for name, value in self.__dict__.items() if name not in self._OF_NATIVE}
+        return state | {"_history": self._history()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        history = state.pop("_history")
+        self.__dict__.update(state)
+        self._connect(self._new_native())
+        self._replay(history)
+
+    def _check_open(self, call: str) -> None:
+        if self.closed:
+            raise RuntimeError(f"{call} of an environment that is closed; make a new one")
+
+    def _new_native(self) -> Any:
+        """A native part before its first reset."""
+        raise NotImplementedError
+
+    def _native_copy(self) -> Any:
+        """A native part in the same state."""
+        raise NotImplementedError
+
+    def _connect(self, native: Any) -> None:
+        """Takes a native part and its arrays."""
+        raise NotImplementedError
+
+    def _history(self) -> Any:
+        """What makes the state of the native part again."""
+        raise NotImplementedError
+
+    def _replay(self, history: Any) -> None:
+        """Makes a state again."""
+        raise NotImplementedError
