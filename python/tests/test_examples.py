@@ -44,6 +44,12 @@ def test_an_agent_learns():
     assert learned > before + 0.2
 
 
+def test_maskable_ppo_is_compared_with_built_in_policies():
+    """How well it searches after ten minutes is not tested; that it learns at all, in test_libraries.py."""
+    table = example("ppo").main(minutes=0.0, seeds=2, lanes=2)
+    assert [row["policy"] for row in table] == ["ppo", "greedy", "random"]
+
+
 def test_a_picture_is_drawn(tmp_path):
     example("picture").main(tmp_path / "run.png")
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
