@@ -18,6 +18,10 @@ use crate::jobs::{self, Done};
 use crate::progress::Progress;
 use crate::seeds::Seeds;
 
+pub use probability::Probability;
+
+mod probability;
+
 /// Probabilities of success whose time is forecast.
 pub const PROBABILITIES: [f64; 3] = [0.5, 0.8, 0.95];
 /// Times of a curve: from the start to the end of the budget, in equal steps.
@@ -35,9 +39,9 @@ pub struct Forecast {
     /// Probability that an object is on the map at all; below 1 where regions leave a part of it to the rest of the world.
     pub on_map: f64,
     /// Probability of success at half of the budget.
-    pub success_at_half: Estimate,
+    pub success_at_half: Probability,
     /// Probability of success at the end of the budget.
-    pub success: Estimate,
+    pub success: Probability,
     /// When the probability of success reaches each of [`PROBABILITIES`], seconds; `None` if it does not in the budget.
     pub seconds_to: [Option<f64>; PROBABILITIES.len()],
     /// When the last robot rests, mean over missions, seconds.
@@ -107,9 +111,7 @@ impl Forecast {
         let on_map = on_map(scenario);
         let budget_seconds = budget_seconds(scenario);
         let success = |seconds: f64| {
-            Estimate::of(
-                missions.iter().filter_map(move |mission| mission.found(seconds)).map(|found| found * on_map),
-            )
+            Probability::of(missions.iter().filter_map(|mission| mission.found(seconds))).times(on_map)
         };
         let time = |step: u32| budget_seconds * f64::from(step) / f64::from(CURVE_STEPS);
         let curve: Vec<[f64; 2]> =
@@ -198,6 +200,7 @@ mod tests {
                     .all(|pair| pair[0][0] < pair[1][0] && pair[0][1] <= pair[1][1] + 0.05)
             );
             assert!(forecast.success.mean > 0.9 && forecast.end_seconds.mean < 200.0, "{forecast:?}");
+            assert!(forecast.success.low < 0.95 && forecast.success.low > 0.7, "{forecast:?}");
         }
         assert!(made[1].seconds_to[1] < made[0].seconds_to[1], "{made:?}");
         assert_eq!([made[0].robots, made[1].robots], [1, 3]);

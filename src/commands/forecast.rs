@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use dragnet_experiments::comparison::estimate;
-use dragnet_experiments::forecast::{Forecast, PROBABILITIES, forecast};
+use dragnet_experiments::forecast::{Forecast, PROBABILITIES, Probability, forecast};
 use dragnet_experiments::jobs::Effort;
 use dragnet_experiments::seeds::Seeds;
 use dragnet_scenario::Scenario;
@@ -94,7 +93,7 @@ fn text(scenario: &Scenario, forecasts: &[Forecast], seeds: Seeds, effort: Effor
     let missions = counted(usize::try_from(missions).unwrap_or(usize::MAX), "mission");
     format!(
         "{}: {}, policy {}, {} to search{on_map}\n{seeds}: {missions} {}\n\n{}\n\
-         success: mean share of the objects that is found by then, ± its standard error; with one\n\
+         success: mean share of the objects that is found by then, with its 95 % interval; with one\n\
          object the probability that it is found. ends: when the last robot rests, in the mean.\n",
         scenario.name(),
         scenario.objects(),
@@ -106,19 +105,24 @@ fn text(scenario: &Scenario, forecasts: &[Forecast], seeds: Seeds, effort: Effor
 }
 
 fn table(forecasts: &[Forecast]) -> Table {
-    let percent = PROBABILITIES.map(|probability| format!("{:.0} % after", 100.0 * probability));
-    let [half, most, nearly_all] = percent.each_ref().map(String::as_str);
+    let reached = PROBABILITIES.map(|probability| format!("{:.0} % after", 100.0 * probability));
+    let [half, most, nearly_all] = reached.each_ref().map(String::as_str);
     let mut table =
         Table::new(["robots", "success at half time", "at the end", half, most, nearly_all, "ends"]);
     for forecast in forecasts {
         let success = [forecast.success_at_half, forecast.success];
-        let [at_half, at_end] = success.map(|it| estimate(Some(it.mean), it.sem, 2));
+        let [at_half, at_end] = success.map(percent);
         let [half, most, nearly_all] =
             forecast.seconds_to.map(|seconds| seconds.map_or_else(|| "never".to_owned(), clock));
         let ends = clock(forecast.end_seconds.mean);
         table.push([forecast.robots.to_string(), at_half, at_end, half, most, nearly_all, ends]);
     }
     table
+}
+
+/// `93 % (86 to 97)`.
+fn percent(Probability { mean, low, high }: Probability) -> String {
+    format!("{:.0} % ({:.0} to {:.0})", 100.0 * mean, 100.0 * low, 100.0 * high)
 }
 
 /// `45 s`, `12 min`, `3 h 05 min`.
@@ -158,6 +162,11 @@ mod tests {
         assert_eq!(sizes(&scenario("count = 4\nrobot = [{ number = 4, start = [0, 0] }]"), &[]), [4, 8]);
         assert_eq!(sizes(&scenario("count = 3"), &[5, 1]), [5, 1]);
         assert!(teams(&scenario("count = 3"), &[0]).is_err());
+    }
+
+    #[test]
+    fn a_probability_has_its_interval_beside_it() {
+        assert_eq!(percent(Probability { mean: 1.0, low: 0.7225, high: 1.0 }), "100 % (72 to 100)");
     }
 
     #[test]
