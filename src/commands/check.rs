@@ -143,7 +143,11 @@ fn claims(claims: &Claims) -> Vec<String> {
 }
 
 fn robots(scenario: &Scenario) -> String {
-    format!("{} ({})", counted(scenario.robots().len(), "robot"), scenario::policies(scenario))
+    let sight_meters = f64::from(scenario.sensor().radius()) * scenario.terrain().cell_meters();
+    let robots = counted(scenario.robots().len(), "robot");
+    // Ten cells of 0.1 m are 1 m.
+    let sight_meters = (sight_meters * 1e6).round() / 1e6;
+    format!("{robots} ({}), sight {sight_meters} m", scenario::policies(scenario))
 }
 
 fn budget(scenario: &Scenario) -> String {

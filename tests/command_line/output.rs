@@ -83,7 +83,7 @@ fn a_check_sums_up_each_scenario_in_a_line() {
     let text =
         place.succeed(&["check", "small.toml", root().join("scenarios/warehouse.toml").to_str().unwrap()]);
     let expected = "small.toml: ok: 12 x 12 cells of 30 m, 144 traversable, 144 searched; 4 objects; \
-                    2 robots (path); budget 1800 m, 60 cells";
+                    2 robots (path), sight 150 m; budget 1800 m, 60 cells";
     assert_eq!(text.lines().next(), Some(expected));
     assert_eq!(text.lines().filter(|line| line.contains(": ok: ")).count(), 2, "{text}");
 }
