@@ -99,7 +99,9 @@ impl MissionPlan {
         }
         settle_paths(&mut file, path.parent().unwrap_or(Path::new("")));
         let features = areas.iter().map(Area::feature).collect();
-        Ok(Self { scenario: file, is_cell_suggested: scenario.is_of_map(), features })
+        let is_cell_suggested = Scenario::cells_of_areas(&scenario.areas())
+            .is_some_and(|(cell_meters, _)| cell_meters.to_bits() == file.map.cell_meters.to_bits());
+        Ok(Self { scenario: file, is_cell_suggested, features })
     }
 
     /// A plan from JSON.

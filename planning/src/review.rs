@@ -4,11 +4,15 @@ use std::path::Path;
 
 use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
 use dragnet_scenario::map_file::{Areas, GeoPoint, MapFileError, Purpose};
-use dragnet_scenario::{Drawn, Invalid, Scenario, ScenarioError, Start};
+use dragnet_scenario::{Drawn, Invalid, Scenario, ScenarioError, Start, Warning};
+use dragnet_search::cell::Position;
 use geojson::{Feature, FeatureCollection, GeoJson};
 use serde::Serialize;
 
 use crate::MissionPlan;
+pub use unseen::Bounds;
+
+mod unseen;
 
 /// The name of the areas in messages, where they have no file.
 pub(crate) const DRAWN: &str = "drawn.geojson";
@@ -28,6 +32,8 @@ pub struct Review {
     pub effects: Vec<Effect>,
     /// `[latitude, longitude]` of the cell in which each robot starts, degrees; `None` for one that is drawn at random.
     pub starts: Vec<Option<[f64; 2]>>,
+    /// Searched ground that no robot sees, in rectangles: the largest ones, if they are many.
+    pub unseen: Vec<Bounds>,
 }
 
 /// Something that must be changed.
@@ -119,7 +125,8 @@ impl Review {
         let drawn = scenario.drawn();
         let terrain = scenario.terrain();
         let searched = terrain.searched_cells().count();
-        let start = |robot: &dragnet_scenario::Robot| match (robot.start, scenario.georeference()) {
+        let frame = scenario.georeference();
+        let start = |robot: &dragnet_scenario::Robot| match (robot.start, frame) {
             (Start::Cell(cell), Some(frame)) => {
                 let GeoPoint { latitude_degrees, longitude_degrees } =
                     frame.point(terrain.center_meters(cell));
@@ -127,9 +134,22 @@ impl Review {
             }
             _ => None,
         };
+        // A map in a browser has no cells to point at.
+        let place = |at: Position| {
+            let cell = terrain.grid().cell(at);
+            let point = cell.zip(frame).map(|(cell, frame)| frame.point(terrain.center_meters(cell)));
+            point.map_or_else(String::new, |GeoPoint { latitude_degrees, longitude_degrees }| {
+                format!("at {latitude_degrees:.5}, {longitude_degrees:.5}")
+            })
+        };
+        let warnings = scenario.warnings_with(&drawn);
+        let unseen = warnings.iter().find_map(|warning| match warning {
+            Warning::Unseen { cells, .. } => Some(unseen::bounds(cells, terrain, frame?)),
+            _ => None,
+        });
         Self {
             problems: Vec::new(),
-            warnings: scenario.warnings_with(&drawn).iter().map(ToString::to_string).collect(),
+            warnings: warnings.iter().map(|warning| warning.written(place)).collect(),
             size: Some(Size {
                 rows: terrain.grid().rows(),
                 columns: terrain.grid().columns(),
@@ -140,6 +160,7 @@ impl Review {
             suggested_cell_meters: None,
             effects: effects(drawn, scenario.claims()),
             starts: scenario.robots().iter().map(start).collect(),
+            unseen: unseen.unwrap_or_default(),
         }
     }
 }
@@ -176,6 +197,13 @@ impl Problem {
             ScenarioError::Value { invalid: Invalid { key, found, allowed }, .. } if key == "map" => {
                 Self { at: Place::Map, message: format!("the map is {found}; allowed is {allowed}") }
             }
+            // Keys mean nothing to who sees fields.
+            ScenarioError::Value { invalid: Invalid { key, .. }, .. } if key == "mission" => Self {
+                at: Place::Key(key.clone()),
+                message:
+                    "a mission ends: allowed is a time budget, a distance that each robot can drive, or both"
+                        .to_owned(),
+            },
             ScenarioError::Value { invalid: Invalid { key, found, allowed }, .. } => Self {
                 at: Place::Key(key.clone()),
                 message: format!("{found} is not possible; allowed is {allowed}"),

@@ -47,7 +47,7 @@ const ARROWS: [(&str, &[&str]); 22] = [
             "dragnet-sim",
         ],
     ),
-    ("dragnet-planning", &["dragnet-files", "dragnet-scenario"]),
+    ("dragnet-planning", &["dragnet-search", "dragnet-files", "dragnet-scenario"]),
     (
         "dragnet-live",
         &[

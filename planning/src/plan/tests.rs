@@ -51,6 +51,10 @@ fn a_plan_is_the_scenario_that_its_files_are() {
     assert_eq!(again.scenario().unwrap().file(), here.file());
     let json = serde_json::to_value(&plan).unwrap();
     assert_eq!(MissionPlan::from_json(json).unwrap(), plan);
+    // The edge that was suggested is followed further.
+    assert!(again.is_cell_suggested);
+    plan.scenario.map.cell_meters = 25.0;
+    assert!(!MissionPlan::of_scenario(&on_disk(&plan)).unwrap().is_cell_suggested);
 }
 
 #[test]

@@ -48,6 +48,8 @@ fn a_problem_stands_where_it_is() {
         &["0.001"],
     );
     check(&|plan| plan.scenario.mission.budget_seconds = Some(-1.0), key("mission.budget_seconds"), &["-1"]);
+    // Clearing the only budget of a plan is a problem of a table, which has no field.
+    check(&|plan| plan.scenario.mission.budget_seconds = None, key("mission"), &["time budget", "distance"]);
     check(&|plan| plan.scenario.map.cell_meters = 0.0, key("map.cell_meters"), &["0.001"]);
     check(&|plan| plan.scenario.sensor.radius = 60, key("sensor.radius"), &["1 to 56"]);
     check(&|plan| plan.scenario.name = "../a".to_owned(), key("name"), &["letters"]);
@@ -79,4 +81,28 @@ fn each_wrong_feature_has_its_problem_and_overlaps_are_of_all() {
     plan.features.push(first.feature());
     let found = problems(&plan);
     assert!(found[0].at == Place::Map && found[0].message.contains("share no ground"), "{found:?}");
+}
+
+#[test]
+fn ground_out_of_sight_has_a_place_on_the_earth() {
+    let mut plan = plan();
+    // A wall with a wide band of ground behind it.
+    plan.features[1] =
+        r#"{"type":"Feature","properties":{"kind":"no_go","name":"Pond"},"geometry":{"type":"Polygon",
+        "coordinates":[[[0.006,-0.001],[0.0065,-0.001],[0.0065,0.011],[0.006,0.011],[0.006,-0.001]]]}}"#
+            .parse()
+            .unwrap();
+    plan.scenario.robots.count = 1;
+    plan.scenario.sensor.radius = 5;
+    let review = plan.review();
+    let warning = review.warnings.iter().find(|it| it.contains("out of every robot's sight")).unwrap();
+    assert!(warning.contains("the first one at 0.000") && !warning.contains('['), "{warning}");
+    let [[south, west, north, east]] = review.unseen[..] else { panic!("{:?}", review.unseen) };
+    assert!(south.abs() < 2e-4 && (north - 0.01).abs() < 3e-4, "{south} to {north}");
+    assert!((0.0065..0.008).contains(&west) && (east - 0.01).abs() < 3e-4, "{west} to {east}");
+    // A start in the wall is moved to a place, not to a cell.
+    plan.features[4] =
+        plan.features[4].to_string().replace("[0.0005,0.0005]", "[0.00625,0.005]").parse().unwrap();
+    let warnings = plan.review().warnings.join("; ");
+    assert!(warnings.contains("start in the nearest one, at 0.00") && !warnings.contains('['), "{warnings}");
 }

@@ -18,8 +18,8 @@ use super::{Drawn, Objects, Scenario, Start, start};
 pub enum Warning {
     /// Searched cells that no robot can observe: objects there are never found.
     Unseen {
-        /// Their number.
-        cells: usize,
+        /// The cells, by their indices.
+        cells: Vec<Cell>,
         /// Number of searched cells.
         searched: usize,
         /// Probability that an object is in one of them, given that it is in a searched cell: 0 to 1.
@@ -115,62 +115,63 @@ pub enum Reason {
 
 impl fmt::Display for Warning {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.written(|Position { row, column }| format!("[{row}, {column}]")))
+    }
+}
+
+impl Warning {
+    /// The warning in words; `place` writes a cell.
+    #[must_use]
+    pub fn written(&self, place: impl Fn(Position) -> String) -> String {
         match self {
-            Self::Unseen { cells, searched, probability, first: Position { row, column } } => write!(
-                formatter,
-                "{cells} of {searched} searched cells, with {:.1} % of the probability, are out of every robot's sight, the first \
-                 one [{row}, {column}]",
-                100.0 * probability
+            Self::Unseen { cells, searched, probability, first } => format!(
+                "{} of {searched} searched cells, with {:.1} % of the probability, are out of every robot's sight, the first \
+                 one {}",
+                cells.len(),
+                100.0 * probability,
+                place(*first)
             ),
             Self::Apart { robot, other } => {
-                write!(formatter, "robots {robot} and {other} start in areas that no path connects")
+                format!("robots {robot} and {other} start in areas that no path connects")
             }
             Self::Idle { kind, name, closes: true } => {
-                write!(formatter, "{kind} {name:?} closes no cell: it lies where nothing is searched")
+                format!("{kind} {name:?} closes no cell: it lies where nothing is searched")
             }
-            Self::Idle { kind, name, closes: false } => write!(
-                formatter,
+            Self::Idle { kind, name, closes: false } => format!(
                 "{kind} {name:?} covers no searched cell: a cell is searched where half of it lies inside"
             ),
-            Self::Beyond { name, beyond, barriers } => write!(
-                formatter,
+            Self::Beyond { name, beyond, barriers } => format!(
                 "of {barriers} polygons and lines of no_go {name:?}, {beyond} beyond the map close nothing"
             ),
-            Self::Contradiction { by_prior, by_objects } => write!(
-                formatter,
-                "the prior expects {by_prior:.2} objects, and [objects] says {by_objects:.2}"
-            ),
-            Self::StopsAtOnce { limit, expected } => write!(
-                formatter,
+            Self::Contradiction { by_prior, by_objects } => {
+                format!("the prior expects {by_prior:.2} objects, and [objects] says {by_objects:.2}")
+            }
+            Self::StopsAtOnce { limit, expected } => format!(
                 "mission.stop_when_expected_remaining is {limit}, and no more than {expected:.3} objects are expected: the search \
                  ends before it begins"
             ),
-            Self::Clipped { distance, variance } => write!(
-                formatter,
+            Self::Clipped { distance, variance } => format!(
                 "sensor.noise is \"clipped\", and the belief takes readings for gaussian: with a variance of {variance} at distance \
                  {distance} more empty cells are declared than mission.detection_threshold allows; below {CLIPPED_VARIANCE} at \
                  all distances they are not"
             ),
-            Self::NeverFound { reason, objects, given, first: Position { row, column } } => {
+            Self::NeverFound { reason, objects, given, first } => {
                 let reason = match reason {
                     Reason::Excluded => "where the prior is 0",
                     Reason::OutOfSight => "out of every robot's sight",
                 };
-                write!(
-                    formatter,
-                    "{objects} of {given} given objects lie {reason} and are never found, the first one in [{row}, {column}]"
+                format!(
+                    "{objects} of {given} given objects lie {reason} and are never found, the first one {}",
+                    place(*first)
                 )
             }
-            Self::MovedStart { name, cell: Position { row, column }, meters } => write!(
-                formatter,
-                "{name} lies in no traversable cell: robots start in the nearest one, [{row}, {column}], {meters:.0} m away"
+            Self::MovedStart { name, cell, meters } => format!(
+                "{name} lies in no traversable cell: robots start in the nearest one, {}, {meters:.0} m away",
+                place(*cell)
             ),
-            Self::LeftOut { name } => write!(
-                formatter,
-                "left out: {}; kinds are {}",
-                name.escape_debug(),
-                Purpose::KINDS.join(", ")
-            ),
+            Self::LeftOut { name } => {
+                format!("left out: {}; kinds are {}", name.escape_debug(), Purpose::KINDS.join(", "))
+            }
         }
     }
 }
@@ -263,7 +264,7 @@ impl Scenario {
         let (there, everywhere) = (sum(&mut unseen.iter().copied()), sum(&mut terrain.searched_cells()));
         let probability = if everywhere > 0.0 { there / everywhere } else { 0.0 };
         let searched = terrain.searched_cells().count();
-        Some(Warning::Unseen { cells: unseen.len(), searched, probability, first })
+        Some(Warning::Unseen { cells: unseen, searched, probability, first })
     }
 }
 
