@@ -91,6 +91,8 @@ fn invalid_requests_and_files_are_refused_and_change_nothing() {
         String::from_utf8_lossy(far)
     );
     refused(import(&served, revision, "far.geojson", far.as_bytes()), 422, "longitude");
+    let empty = br#"{"type":"FeatureCollection","features":[]}"#;
+    refused(import(&served, revision, "empty.geojson", empty), 422, "empty.geojson: holds no area");
     let bomb = format!("<!DOCTYPE kml [<!ENTITY a \"{}\">]><kml>&a;</kml>", "b".repeat(1000));
     refused(import(&served, revision, "bomb.kml", bomb.as_bytes()), 422, "bomb.kml");
     refused(import(&served, revision, "a.kmz", b"PK no archive"), 422, "a.kmz: not a KMZ archive");
@@ -166,6 +168,15 @@ fn a_saved_plan_is_a_scenario_that_can_be_checked_and_run() {
     let (status, saved) =
         post(&served, "save", &json!({ "revision": state["revision"], "overwrite": false }));
     assert_eq!((status, &saved["saved"]["is_current"]), (200, &json!(true)), "{saved}");
+    // Changed by hand, it is not overwritten without a question, which says so.
+    let path = served.folder().join("missing_person.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, format!("{text}# by hand\n")).unwrap();
+    let again = post(&served, "save", &json!({ "revision": state["revision"], "overwrite": false }));
+    refused(again, 409, "missing_person.toml in ");
+    let again = post(&served, "save", &json!({ "revision": state["revision"], "overwrite": false }));
+    refused(again, 409, "has changed since it was saved here");
+    fs::write(&path, text).unwrap();
     let dragnet = |arguments: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_dragnet"))
             .args(arguments)
@@ -177,6 +188,7 @@ fn a_saved_plan_is_a_scenario_that_can_be_checked_and_run() {
     };
     let checked = dragnet(&["check", "missing_person.toml"]);
     assert!(checked.contains("missing_person.toml: ok: 53 x 62 cells of 20 m"), "{checked}");
+    assert!(checked.contains("sight 100 m"), "{checked}");
     assert!(checked.contains("prior \"Car park\": POA 40.0 %"), "{checked}");
     // The same search as that of the areas alone.
     let run = |what: &str| {

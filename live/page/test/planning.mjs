@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { deflateRawSync } from "node:zlib";
 
-import { parsePosition } from "../dist/plan/drawing.js";
+import { groundOf, parseCorners, parsePosition } from "../dist/plan/drawing.js";
+import { parseNumber } from "../dist/plan/entries.js";
 import { address, browse, settle, shot, text, until } from "./browse.mjs";
 
 const KML = readFileSync(new URL("../../../scenarios/maps/missing_person.kml", import.meta.url));
@@ -63,9 +64,29 @@ function positions() {
   }
 }
 
+/** Numbers as people write them, and what is wrong with others, in the unit of the field. */
+function numbers() {
+  const hours = { isOptional: true, above: 0, most: 277777, unit: "hours" };
+  const percent = { isOptional: true, least: 0, most: 100, unit: "%" };
+  for (const [written, allowed, expected] of [
+    ["0,5", hours, 0.5], [" 2 ", {}, 2], ["", hours, undefined], ["30 %", percent, 30], ["-3", {}, -3], ["1e3", { isWhole: true }, 1000],
+  ]) assert.equal(parseNumber(written, allowed), expected, written);
+  const wrong = (written, allowed, words) => assert.match(String(parseNumber(written, allowed)), words, written);
+  wrong("-1", hours, /^-1 is not possible; allowed is a number above 0, up to 277777 hours\.$/);
+  wrong("130", percent, /^130 is not possible; allowed is a number from 0 to 100 %\.$/);
+  wrong("abc", percent, /^“abc” is no number/);
+  wrong("2.5", { isWhole: true, least: 1, most: 1000 }, /^2\.5 is not possible; allowed is a whole number from 1 to 1000\.$/);
+  wrong("", {}, /^A number is missing\.$/);
+  for (const text of ["1e999", "Infinity", "0x10", "NaN", "1 2", "."]) wrong(text, {}, /is no number/);
+  assert.deepEqual([900, 32_500, 1_300_000].map(groundOf), ["900 m²", "3.25 ha", "1.30 km²"]);
+  assert.equal(parseCorners("49, 2\n49.1, 2", true), "An area has at least three corners.");
+  assert.deepEqual(parseCorners("49, 2\n49.1, 2", false), [[2, 49], [2, 49.1]]);
+}
+
 /** Import, draw, place, set, forecast, cancel, save, overwrite and simulate. */
 export async function plan() {
   positions();
+  numbers();
   // The page of the simulation is another server's.
   await browse(address, { expected: [/status of (409|422)/, /^asked for http:\/\/127\.0\.0\.1:/], ready: READY, viewport: DESKTOP }, async (page, context) => {
     assert.equal(await text(page, "state"), "not ready yet");
@@ -76,6 +97,8 @@ export async function plan() {
     await imports(page);
     await draws(page);
     await settings(page);
+    await entries(page);
+    await unseen(page);
     await twoWindows(page, context);
     await forecasts(page);
     await saves(page);
@@ -95,10 +118,14 @@ async function imports(page) {
   await send("broken.kml", "<kml><Placemark>");
   await answered(page, /broken\.kml/);
   assert.deepEqual(await names(page), []);
+  await page.locator("#replaces").check();
+  await send("empty.geojson", JSON.stringify({ type: "FeatureCollection", features: [] }));
+  await answered(page, /empty\.geojson: holds no area/);
+  await page.locator("#replaces").uncheck();
   await send("truncated.kmz", archive("doc.kml", KML).subarray(0, 300));
   await answered(page, /truncated\.kmz: not a KMZ archive/);
   await send("missing_person.kmz", archive("doc.kml", KML));
-  await answered(page, /missing_person\.kmz: \d areas and places read/);
+  await answered(page, /missing_person\.kmz: \d areas? and \d places? read/);
   assert.ok((await names(page)).includes("Quarry pond"));
   await ready(page);
   assert.match(await text(page, "review"), /cells, \d+ searched: 1\.\d\d km²/);
@@ -162,6 +189,85 @@ async function settings(page) {
   assert.ok(!(await page.locator("#suggested").isChecked()));
 }
 
+/** What is wrong stands below its field, in its unit; nothing wrong is sent, and all of it is shown somewhere. */
+async function entries(page) {
+  const refused = (id, words) => until(`${id} is refused`, async () => words.test(await text(page, `${id}-problem`)));
+  const mended = async (id) => {
+    await ready(page);
+    assert.ok(await page.locator(`#${id}-problem`).isHidden(), id);
+  };
+  assert.match(await text(page, "sensor-note"), /^Sees 300 m: 5 cells of 60 m\.$/);
+  for (const [id, wrong, words, right] of [
+    ["field-hours", "", /allowed is a time budget, a distance/, "0.5"],
+    ["field-hours", "-1", /^-1 is not possible; .*hours/, "0.5"],
+    ["field-robots", "2.5", /^2\.5 is not possible; allowed is a whole number/, "2"],
+    ["field-speed", "", /^A number is missing/, "2"],
+    ["field-radius", "abc", /^“abc” is no number/, "5"],
+  ]) {
+    await page.locator(`#${id}`).evaluate((it) => it.closest("details")?.setAttribute("open", ""));
+    await put(page, id, wrong);
+    await refused(id, words);
+    assert.equal(await page.locator(`#${id}`).inputValue(), wrong);
+    assert.equal(await text(page, "state"), "not ready yet");
+    assert.ok(await page.locator("#save").isDisabled());
+    await put(page, id, right);
+    await mended(id);
+  }
+  // Undo takes back what was not sent first.
+  await put(page, "field-robots", "two");
+  await refused("field-robots", /“two” is no number/);
+  await page.locator("#undo").click();
+  await mended("field-robots");
+  assert.equal(await page.locator("#field-robots").inputValue(), "2");
+
+  const hut = (await names(page)).indexOf("Car park");
+  await page.locator(`#feature-${hut}`).click();
+  await page.locator(`#poa-${hut}`).waitFor();
+  const poa = await page.locator(`#poa-${hut}`).inputValue();
+  for (const wrong of ["130", "abc"]) {
+    await put(page, `poa-${hut}`, wrong);
+    await until("it is refused in percent", async () => (await page.locator("#features li").nth(hut).textContent()).includes("allowed is a number from 0 to 100 %"));
+    assert.equal(await page.locator(`#poa-${hut}`).inputValue(), wrong);
+  }
+  await put(page, `poa-${hut}`, poa);
+  await ready(page);
+
+  await put(page, "forecast-robots", "abc");
+  await page.locator("#forecast").click();
+  await refused("forecast-robots", /“abc” is no number; allowed is a whole number from 1 to 1000/);
+  await put(page, "forecast-robots", "4");
+
+  // A setting that the page does not show.
+  const set = (limit) => page.evaluate(async (limit) => {
+    const headers = { Authorization: `Bearer ${new URLSearchParams(location.hash.slice(1)).get("token")}` };
+    const { revision, plan } = await (await fetch("plan/state")).json();
+    plan.scenario.mission.detection_threshold = limit;
+    await fetch("plan/change", { method: "POST", headers, body: JSON.stringify({ revision, plan }) });
+    return (await (await fetch("plan/state")).json()).review.problems;
+  }, limit);
+  const { mission } = (await page.evaluate(async () => (await fetch("plan/state")).json())).plan.scenario;
+  assert.equal((await set(7))[0].at.key, "mission.detection_threshold");
+  await until("it is shown", async () => /mission\.detection_threshold: 7 is not possible/i.test(await text(page, "review")));
+  await set(mission.detection_threshold);
+  await ready(page);
+}
+
+/** Ground that no robot sees is hatched, and its place said. */
+async function unseen(page) {
+  assert.ok(await page.locator("#unseen").isHidden());
+  await put(page, "field-radius", "1");
+  await put(page, "field-cell", "20");
+  // Nobody looks over this water.
+  await until("ground is out of sight", async () => (await page.locator(".plan-unseen").count()) > 0);
+  assert.ok(await page.locator("#unseen").isVisible());
+  assert.match(await text(page, "review"), /out of every robot's sight, the first one at 49\.\d{5}, -2\.\d{5}/);
+  await settle(page);
+  await shot(page, "plan_unseen.png");
+  await put(page, "field-radius", "5");
+  await put(page, "field-cell", "60");
+  await until("all is in sight", () => page.locator("#unseen").isHidden());
+}
+
 /** What another window changes is shown here, and nothing is overwritten. */
 async function twoWindows(page, context) {
   const other = await context.newPage();
@@ -175,8 +281,14 @@ async function twoWindows(page, context) {
 /** A forecast is cancelled, made, and out of date when the plan changes. */
 async function forecasts(page) {
   await page.locator("#forecast-missions").selectOption("200");
+  await page.locator("#feature-0").click();
   await page.locator("#forecast").click();
+  // News of it leave what is being typed as it is.
+  await page.locator("#name-0").fill("Typed meanwhile");
+  await until("the rest of the time is estimated", async () => /\d+ of 800 simulated missions, about (a minute|\d+ minutes) left\./.test(await text(page, "forecast-state")));
+  assert.equal(await page.locator("#name-0").inputValue(), "Typed meanwhile");
   await page.locator("#cancel").click();
+  await page.locator("#undo").click();
   await until("it is cancelled", async () => (await text(page, "forecast-state")) === "No forecast yet.");
   await page.locator("#forecast-robots").fill("3");
   await page.locator("#forecast-missions").selectOption("10");
@@ -184,7 +296,7 @@ async function forecasts(page) {
   await until("it is made", async () => (await page.locator("#forecast-table tbody tr").count()) === 3 && page.locator("#forecast-results").isVisible());
   const rows = await page.locator("#forecast-table tbody tr").allTextContents();
   assert.match(rows[0], /^1(never|\d+:\d\d)/);
-  assert.match(rows[2], /\d+ ± \d+ %$/);
+  assert.match(rows[2], /\d+ % \(\d+–\d+\)$/);
   assert.ok(await page.locator("#forecast-old").isHidden());
   await page.locator("#forecast-results").scrollIntoViewIfNeeded();
   await shot(page, "plan_forecast.png");

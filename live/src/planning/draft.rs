@@ -16,6 +16,8 @@ pub(super) struct Draft {
     reviewed: Reviewed,
     /// The files as last saved.
     saved: Option<PlanFiles>,
+    /// All that were saved, under any name.
+    own: saving::Own,
 }
 
 /// A plan with its review.
@@ -33,7 +35,7 @@ pub(super) struct Stale;
 
 impl Draft {
     pub(super) fn new(plan: MissionPlan) -> Self {
-        Self { revision: 1, reviewed: Self::reviewed(plan), saved: None }
+        Self { revision: 1, reviewed: Self::reviewed(plan), saved: None, own: saving::Own::new() }
     }
 
     /// A plan with its review, which may take a while.
@@ -83,8 +85,7 @@ impl Draft {
         if !self.reviewed.review.problems.is_empty() {
             return Err(Refused::of_problems(&self.reviewed.review.problems));
         }
-        let own = self.saved.as_ref();
-        let message = saving::save(folder, &files, own, overwrite)?;
+        let message = saving::save(folder, &files, &mut self.own, overwrite)?;
         self.saved = Some(files);
         Ok(message)
     }

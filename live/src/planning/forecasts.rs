@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use dragnet_scenario::Scenario;
 use serde_json::{Value, json};
@@ -14,6 +15,8 @@ const MOST_ROBOTS: u32 = 1_000;
 const MOST_OF_EACH: u32 = 6;
 /// The most missions of one team.
 const MOST_MISSIONS: u64 = 1_000;
+/// Missions after which the time that is left is estimated.
+const FIRST_MISSIONS: u64 = 4;
 
 /// The progress of a forecast, and whether it is still wanted.
 #[derive(Debug, Default)]
@@ -59,6 +62,7 @@ pub(super) struct Forecasts(Mutex<Option<Forecast>>);
 struct Forecast {
     revision: u64,
     watched: Arc<Watched>,
+    begun: Instant,
     /// Its teams, or why there are none; `None` while it is made.
     result: Option<Result<Value, String>>,
 }
@@ -78,11 +82,21 @@ pub(super) fn teams(robots: u32, missions: u64) -> Result<Vec<u32>, String> {
     Ok(doubled.take_while(|&size| size < robots).chain([robots]).collect())
 }
 
+/// Minutes until all missions are done, if the rest takes as long for each as those did that are done; rounded up, so that
+/// a page has news only once a minute. Unknown before the first ones.
+fn minutes_left([done, total]: [u64; 2], elapsed: Duration) -> Option<f64> {
+    let rest = total.saturating_sub(done) as f64;
+    let minutes = elapsed.as_secs_f64() / 60.0 * rest / done as f64;
+    (done >= FIRST_MISSIONS).then(|| minutes.ceil())
+}
+
 impl Forecasts {
     /// Begins a forecast, and ends the one before.
     pub(super) fn begin(desk: &Arc<Desk>, asked: Asked) {
         let watched = Arc::new(Watched::default());
-        let forecast = Forecast { revision: asked.revision, watched: Arc::clone(&watched), result: None };
+        let begun = Instant::now();
+        let forecast =
+            Forecast { revision: asked.revision, watched: Arc::clone(&watched), begun, result: None };
         if let Some(before) = desk.forecasts.last().replace(forecast) {
             before.watched.is_cancelled.store(true, Ordering::Relaxed);
         }
@@ -110,10 +124,15 @@ impl Forecasts {
 
     pub(super) fn state(&self) -> Value {
         let last = self.last();
-        let Some(Forecast { revision, watched, result }) = last.as_ref() else { return Value::Null };
+        let Some(Forecast { revision, watched, begun, result }) = last.as_ref() else { return Value::Null };
         let progress = [&watched.done, &watched.total].map(|count| count.load(Ordering::Relaxed));
         match result {
-            None => json!({ "revision": revision, "state": "running", "progress": progress }),
+            None => json!({
+                "revision": revision,
+                "state": "running",
+                "progress": progress,
+                "minutes_left": minutes_left(progress, begun.elapsed()),
+            }),
             Some(Ok(teams)) => json!({ "revision": revision, "state": "done", "teams": teams }),
             Some(Err(why)) => json!({ "revision": revision, "state": "failed", "why": why }),
         }
@@ -127,6 +146,20 @@ impl Forecasts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_time_left_follows_from_the_first_missions() {
+        let check = |done, seconds, minutes: Option<&str>| {
+            let found = minutes_left([done, 80], Duration::from_secs(seconds)).map(|it| it.to_string());
+            assert_eq!(found.as_deref(), minutes, "{done} after {seconds} s");
+        };
+        check(0, 60, None);
+        check(3, 60, None);
+        check(20, 60, Some("3"));
+        check(40, 70, Some("2"));
+        check(79, 60, Some("1"));
+        check(80, 600, Some("0"));
+    }
 
     #[test]
     fn small_teams_are_all_forecast_and_larger_ones_are_doubled() {

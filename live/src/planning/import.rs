@@ -5,7 +5,7 @@ use std::path::Path;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use dragnet_planning::MissionPlan;
-use dragnet_scenario::map_file::Areas;
+use dragnet_scenario::map_file::{Area, Areas, Purpose};
 use serde::Deserialize;
 
 use super::Refused;
@@ -49,18 +49,32 @@ pub(super) fn import(
     }
     let areas = Areas::from_bytes(Path::new(name), bytes).map_err(Refused::invalid)?;
     let mut plan = plan(revision)?;
-    if replaces {
-        plan.features.clear();
-    }
-    plan.add(&areas);
     let ignored = match areas.left_out.len() {
         0 => String::new(),
         _ => format!(" Without a meaning for a search, and left out: {}.", shown(&areas.left_out)),
     };
-    let count = areas.areas.len();
-    let plural = if count == 1 { "" } else { "s" };
-    let message = format!("{name}: {count} area{plural} and place{plural} read.{ignored}");
+    if areas.areas.is_empty() {
+        return Err(Refused::invalid(format!("{name}: holds no area and no place.{ignored}")));
+    }
+    if replaces {
+        plan.features.clear();
+    }
+    plan.add(&areas);
+    let message = format!("{name}: {} read.{ignored}", counted(&areas.areas));
     Ok(Import { revision, plan, message })
+}
+
+/// `1 area`, `2 areas and 1 place`.
+fn counted(areas: &[Area]) -> String {
+    let is_place =
+        |area: &&Area| matches!(area.purpose, Purpose::Start(_) | Purpose::LastKnownPosition { .. });
+    let places = areas.iter().filter(is_place).count();
+    let parts: Vec<String> = [(areas.len() - places, "area"), (places, "place")]
+        .into_iter()
+        .filter(|&(count, _)| count > 0)
+        .map(|(count, what)| format!("{count} {what}{}", if count == 1 { "" } else { "s" }))
+        .collect();
+    parts.join(" and ")
 }
 
 /// The first of the names.

@@ -58,6 +58,11 @@ export function removeCorner({ corners, isRing }, index) {
     if (isRing && index === 0 && first !== undefined)
         corners[corners.length - 1] = first;
 }
+export function groundOf(squareMeters) {
+    if (squareMeters < 1e4)
+        return `${squareMeters.toFixed(0)} m²`;
+    return squareMeters < 1e6 ? `${(squareMeters / 1e4).toFixed(2)} ha` : `${(squareMeters / 1e6).toFixed(2)} km²`;
+}
 export function written([longitude = NaN, latitude = NaN]) {
     return `${latitude.toFixed(5)}, ${longitude.toFixed(5)}`;
 }
@@ -88,7 +93,8 @@ function angle(text, letters) {
     const value = degrees + minutes / 60 + seconds / 3600;
     return Number.isFinite(value) ? (/[-−]/.test(sign) || letter === "S" || letter === "W" ? -value : value) : undefined;
 }
-export function parsePositions(text) {
+export const FEW_CORNERS = "An area has at least three corners.";
+export function parseCorners(text, isRing) {
     const positions = [];
     for (const [index, line] of text.split("\n").entries()) {
         if (line.trim() === "")
@@ -98,5 +104,7 @@ export function parsePositions(text) {
             return `Line ${index + 1}: ${position}`;
         positions.push(position);
     }
-    return positions;
+    if (isRing && positions.length < 3)
+        return FEW_CORNERS;
+    return positions.length < 2 ? "A line has at least two corners." : positions;
 }

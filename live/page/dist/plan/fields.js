@@ -1,22 +1,42 @@
 import { element } from "../panel.js";
+import { parseNumber } from "./entries.js";
+import { sentence } from "./store.js";
 const SENSORS = {
     standard: { radius: 5, noise_variance: 0.005 },
     clear: { radius: 8, noise_variance: 0.002 },
     poor: { radius: 3, noise_variance: 0.02 },
 };
-const number = (value) => Number(value.trim().replace(",", ".") || NaN);
-const plain = (value, factor = 1) => (value === undefined ? "" : String(Number((value * factor).toFixed(6))));
-const scaled = (value, factor) => (value.trim() === "" ? undefined : Number((number(value) * factor).toFixed(6)));
+const MOST_HOURS = 277_777;
+const MOST_KILOMETERS = 1_000_000;
+const rounded = (value) => Number(value.toFixed(6));
+function numeric(key, allowed = {}, unit = 1) {
+    const [table = "", name = ""] = key.split(".");
+    const values = ({ scenario }) => scenario[table] ?? {};
+    return {
+        keys: [key], allowed,
+        get: (plan) => {
+            const value = values(plan)[name];
+            return value === undefined ? "" : String(rounded(value / unit));
+        },
+        set: (plan, value) => {
+            if (value === undefined)
+                delete values(plan)[name];
+            else
+                values(plan)[name] = rounded(Number(value) * unit);
+        },
+    };
+}
+const cell = numeric("map.cell_meters");
+const objects = numeric("objects.count", { isWhole: true });
+const hours = numeric("mission.budget_seconds", { isOptional: true, above: 0, most: MOST_HOURS, unit: "hours" }, 3600);
 const FIELDS = {
-    "field-name": { key: "name", get: ({ scenario }) => scenario.name, set: ({ scenario }, value) => (scenario.name = value.trim()) },
-    "field-objects": {
-        key: "objects.count", get: ({ scenario }) => plain(scenario.objects.count), set: ({ scenario }, value) => (scenario.objects.count = number(value)),
-    },
-    "field-robots": {
-        key: "robots.count", get: ({ scenario }) => plain(scenario.robots.count), set: ({ scenario }, value) => (scenario.robots.count = number(value)),
-    },
+    "field-name": { keys: ["name"], get: ({ scenario }) => scenario.name, set: ({ scenario }, value) => (scenario.name = String(value).trim()) },
+    "field-objects": { ...objects, keys: [...objects.keys, "objects"] },
+    "field-hours": { ...hours, keys: [...hours.keys, "mission"] },
+    "field-kilometers": numeric("mission.budget_meters", { isOptional: true, above: 0, most: MOST_KILOMETERS, unit: "km" }, 1000),
+    "field-robots": numeric("robots.count", { isWhole: true }),
     "field-start": {
-        key: "robots.start",
+        keys: ["robots.start"],
         get: ({ scenario }) => (typeof scenario.robots.start === "string" ? scenario.robots.start : ""),
         set: ({ scenario }, value) => {
             if (value === "")
@@ -25,68 +45,69 @@ const FIELDS = {
                 scenario.robots.start = value;
         },
     },
-    "field-speed": {
-        key: "mission.speed_meters_per_second", get: ({ scenario }) => plain(scenario.mission.speed_meters_per_second),
-        set: ({ scenario }, value) => (scenario.mission.speed_meters_per_second = number(value)),
+    "field-speed": numeric("mission.speed_meters_per_second"),
+    "field-sensor": {
+        keys: ["sensor"], get: ({ scenario }) => preset(scenario.sensor),
+        set: ({ scenario }, value) => (scenario.sensor = { ...scenario.sensor, ...SENSORS[String(value)] }),
     },
-    "field-hours": {
-        key: "mission.budget_seconds", get: ({ scenario }) => plain(scenario.mission.budget_seconds, 1 / 3600),
-        set: ({ scenario }, value) => put(scenario.mission, "budget_seconds", scaled(value, 3600)),
-    },
-    "field-kilometers": {
-        key: "mission.budget_meters", get: ({ scenario }) => plain(scenario.mission.budget_meters, 1 / 1000),
-        set: ({ scenario }, value) => put(scenario.mission, "budget_meters", scaled(value, 1000)),
-    },
+    "field-radius": numeric("sensor.radius", { isWhole: true }),
+    "field-variance": numeric("sensor.noise_variance"),
     "field-cell": {
-        key: "map.cell_meters", get: ({ scenario }) => plain(scenario.map.cell_meters),
+        ...cell,
         set: (plan, value) => {
-            plan.scenario.map.cell_meters = number(value);
+            cell.set(plan, value);
             plan.is_cell_suggested = false;
         },
     },
-    "field-sensor": {
-        key: "", get: ({ scenario }) => preset(scenario.sensor),
-        set: ({ scenario }, value) => (scenario.sensor = { ...scenario.sensor, ...SENSORS[value] }),
-    },
-    "field-radius": {
-        key: "sensor.radius", get: ({ scenario }) => plain(scenario.sensor.radius), set: ({ scenario }, value) => (scenario.sensor.radius = number(value)),
-    },
-    "field-variance": {
-        key: "sensor.noise_variance", get: ({ scenario }) => plain(scenario.sensor.noise_variance),
-        set: ({ scenario }, value) => (scenario.sensor.noise_variance = number(value)),
-    },
 };
+function isOf(at, { keys }) {
+    return typeof at === "object" && "key" in at && keys.some((key) => at.key === key || at.key.startsWith(`${key}[`));
+}
+export function hasPlace(at) {
+    return typeof at === "object" && ("feature" in at || Object.values(FIELDS).some((field) => isOf(at, field)));
+}
 export class Fields {
+    entries;
     change;
-    constructor(change) {
+    plan;
+    constructor(entries, change) {
+        this.entries = entries;
         this.change = change;
-        for (const [id, field] of Object.entries(FIELDS)) {
-            control(id).addEventListener("change", () => change((plan) => field.set(plan, control(id).value)));
-        }
+        for (const [id, field] of Object.entries(FIELDS))
+            control(id).addEventListener("change", () => this.enter(id, field));
         element("suggested", HTMLInputElement).addEventListener("change", (event) => {
             const isSuggested = event.target.checked;
             this.change((plan) => (plan.is_cell_suggested = isSuggested));
         });
     }
-    draw(state, mayChange) {
-        const { plan, review } = state;
+    enter(id, { keys: [key = ""], allowed, get, set }) {
+        const { value: text } = control(id);
+        if (allowed === undefined)
+            this.change((plan) => set(plan, text));
+        else
+            this.entries.take(id, { key }, this.plan, get, text, parseNumber(text, allowed), (value) => this.change((plan) => set(plan, value)));
+    }
+    draw({ plan, review }, mayChange) {
+        this.plan = plan;
         element("settings", HTMLFieldSetElement).disabled = !mayChange;
-        for (const [id, { key, get }] of Object.entries(FIELDS)) {
+        for (const [id, it] of Object.entries(FIELDS)) {
             const field = control(id);
             if (document.activeElement !== field || field.value === "")
-                field.value = get(plan);
-            const problem = review.problems.find(({ at }) => typeof at === "object" && "key" in at && key !== "" && (at.key === key || at.key.startsWith(`${key}[`)));
+                field.value = this.entries.text(id) ?? it.get(plan);
+            const problem = review.problems.find(({ at }) => isOf(at, it));
             const said = element(`${id}-problem`, HTMLElement);
-            said.textContent = problem?.message ?? "";
+            said.textContent = problem === undefined ? "" : sentence(problem.message);
             said.hidden = problem === undefined;
             field.setAttribute("aria-invalid", String(problem !== undefined));
+            if (problem !== undefined)
+                field.closest("details")?.setAttribute("open", "");
         }
         element("suggested", HTMLInputElement).checked = plan.is_cell_suggested;
-        const { cell_meters } = plan.scenario.map;
+        const { map: { cell_meters }, sensor: { radius } } = plan.scenario;
         const suggested = review.suggested_cell_meters;
         element("cell-note", HTMLElement).textContent = suggested === null || suggested === cell_meters ? "" : `Suggested for this area: ${suggested} m.`;
-        const reach = plan.scenario.sensor.radius * cell_meters;
-        element("radius-note", HTMLElement).textContent = Number.isFinite(reach) ? `That is ${Number(reach.toFixed(1))} m.` : "";
+        element("sensor-note", HTMLElement).textContent =
+            `Sees ${Number((radius * cell_meters).toFixed(1))} m: ${radius} ${radius === 1 ? "cell" : "cells"} of ${rounded(cell_meters)} m.`;
     }
 }
 function control(id) {
@@ -94,12 +115,6 @@ function control(id) {
     if (found instanceof HTMLInputElement || found instanceof HTMLSelectElement)
         return found;
     throw new Error(`the page has no ${id}`);
-}
-function put(table, key, value) {
-    if (value === undefined)
-        delete table[key];
-    else
-        table[key] = value;
 }
 function preset(sensor) {
     const is = ([, { radius, noise_variance }]) => radius === sensor.radius && noise_variance === sensor.noise_variance;

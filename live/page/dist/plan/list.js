@@ -1,15 +1,22 @@
 import { robotColor } from "../colors.js";
 import { element } from "../panel.js";
-import { KINDS, OF_AREAS, OF_PLACES, closed, isPlace, kindOf, lines, parsePosition, parsePositions, written } from "./drawing.js";
+import { KINDS, OF_AREAS, OF_PLACES, closed, isPlace, kindOf, lines, parseCorners, parsePosition, written } from "./drawing.js";
+import { parseNumber } from "./entries.js";
 import { sentence } from "./store.js";
+const POA = { isOptional: true, least: 0, most: 100, unit: "%" };
+const SPREAD = { above: 0, most: 100_000, unit: "m" };
 export class List {
+    entries;
     events;
     list = element("features", HTMLUListElement);
-    constructor(events) {
+    plan;
+    constructor(entries, events) {
+        this.entries = entries;
         this.events = events;
     }
     draw(state, selected, mayChange) {
-        const focused = document.activeElement instanceof HTMLElement && this.list.contains(document.activeElement) ? document.activeElement.id : "";
+        this.plan = state.plan;
+        const focused = document.activeElement instanceof HTMLElement && this.list.contains(document.activeElement) ? document.activeElement : undefined;
         const { features } = state.plan;
         let starts = 0;
         const rows = features.map((feature, index) => {
@@ -21,8 +28,8 @@ export class List {
             return row;
         });
         this.list.replaceChildren(...rows);
-        if (focused !== "")
-            document.getElementById(focused)?.focus();
+        if (focused !== undefined)
+            resume(focused);
         element("no-features", HTMLElement).hidden = features.length > 0;
     }
     row(state, feature, index, start) {
@@ -45,9 +52,8 @@ export class List {
             button.prepend(sign);
         }
         row.append(button, make("span", this.effect(state, feature, start), "effect"));
-        const problem = state.review.problems.find(({ at }) => typeof at === "object" && "feature" in at && at.feature === index);
-        if (problem !== undefined)
-            row.append(make("p", sentence(problem.message), "problem"));
+        const problems = state.review.problems.filter(({ at }) => typeof at === "object" && "feature" in at && at.feature === index);
+        row.append(...problems.map(({ message }) => make("p", sentence(message), "problem")));
         return row;
     }
     effect(state, feature, start) {
@@ -80,12 +86,11 @@ export class List {
         if (kind === "prior" || kind === "last_known_position") {
             const { poa } = feature.properties ?? {};
             const shown = poa === undefined ? "" : String(Number((100 * poa).toFixed(4)));
-            const field = input(`poa-${index}`, "Probability that the person or object is here, %", shown, (value) => property({ poa: value.trim() === "" ? undefined : share(value) }));
-            form.append(field);
+            form.append(this.entry(index, `poa-${index}`, "Probability that the person or object is here, %", shown, (text) => parseNumber(text, POA), (value) => property({ poa: value === undefined ? undefined : Number((value / 100).toFixed(9)) })));
         }
         if (kind === "last_known_position") {
             const spread = feature.properties?.spread_meters;
-            form.append(input(`spread-${index}`, "Within how many meters (39 % of the probability)", spread === undefined ? "" : String(spread), (value) => property({ spread_meters: Number(value.replace(",", ".")) })));
+            form.append(this.entry(index, `spread-${index}`, "Within how many meters (39 % of the probability)", spread === undefined ? "" : String(spread), (text) => parseNumber(text, SPREAD), (value) => property({ spread_meters: value })));
         }
         this.coordinates(form, feature, index, set);
         const remove = make("button", "Delete");
@@ -98,17 +103,16 @@ export class List {
         form.append(remove);
         return form;
     }
+    entry(index, id, label, shown, parse, act) {
+        return input(id, label, this.entries.text(id) ?? shown, (text) => this.enter(index, id, text, parse(text), act));
+    }
+    enter(index, id, text, value, act) {
+        this.entries.take(id, { feature: index }, this.plan, (plan) => JSON.stringify(plan.features[index]), text, value, act);
+    }
     coordinates(form, feature, index, set) {
         const { geometry } = feature;
-        const refuse = (why) => this.events.said(why, true);
         if (geometry?.type === "Point") {
-            form.append(input(`at-${index}`, "Latitude, longitude", written(geometry.coordinates), (value) => {
-                const at = parsePosition(value);
-                if (typeof at === "string")
-                    refuse(at);
-                else
-                    set((it) => (it.geometry = { type: "Point", coordinates: at }));
-            }));
+            form.append(this.entry(index, `at-${index}`, "Latitude, longitude", written(geometry.coordinates), parsePosition, (at) => set((it) => (it.geometry = { type: "Point", coordinates: at }))));
             return;
         }
         const all = lines(geometry);
@@ -118,17 +122,12 @@ export class List {
         const corners = only.isRing ? only.corners.slice(0, -1) : only.corners;
         const label = make("label", "Corners: latitude, longitude, one in each line");
         const area = document.createElement("textarea");
-        [area.id, area.rows, area.value] = [`corners-${index}`, Math.min(corners.length + 1, 8), corners.map(written).join("\n")];
-        area.addEventListener("change", () => {
-            const positions = parsePositions(area.value);
-            if (typeof positions === "string")
-                refuse(positions);
-            else
-                set((it) => {
-                    const line = lines(it.geometry)[0];
-                    line?.corners.splice(0, line.corners.length, ...(line.isRing ? closed(positions) : positions));
-                });
-        });
+        const id = `corners-${index}`;
+        [area.id, area.rows, area.defaultValue] = [id, Math.min(corners.length + 1, 8), this.entries.text(id) ?? corners.map(written).join("\n")];
+        area.addEventListener("change", () => this.enter(index, id, area.value, parseCorners(area.value, only.isRing), (positions) => set((it) => {
+            const line = lines(it.geometry)[0];
+            line?.corners.splice(0, line.corners.length, ...(line.isRing ? closed(positions) : positions));
+        })));
         label.append(area);
         form.append(label);
     }
@@ -142,9 +141,12 @@ function turn(feature, kind) {
         ...(kind === "last_known_position" ? { spread_meters: spread_meters ?? 200 } : {}),
     };
 }
-function share(percent) {
-    const number = Number(percent.replace("%", "").replace(",", ".").trim());
-    return Number.isFinite(number) ? Number((number / 100).toFixed(9)) : percent;
+function resume(before) {
+    const now = document.getElementById(before.id);
+    const isText = (it) => it instanceof HTMLInputElement || it instanceof HTMLTextAreaElement;
+    if (isText(now) && isText(before) && before.value !== before.defaultValue)
+        now.value = before.value;
+    now?.focus();
 }
 function make(tag, text, className = "") {
     const made = document.createElement(tag);
@@ -155,7 +157,7 @@ function make(tag, text, className = "") {
 }
 function input(id, label, value, changed) {
     const [around, field] = [make("label", label), document.createElement("input")];
-    [field.id, field.value] = [id, value];
+    [field.id, field.defaultValue] = [id, value];
     field.addEventListener("change", () => changed(field.value));
     around.append(field);
     return around;

@@ -1,7 +1,8 @@
 import { element } from "../panel.js";
 import { mgrsOf } from "../place.js";
-import { feature, written } from "./drawing.js";
-import { Fields } from "./fields.js";
+import { feature, groundOf, written } from "./drawing.js";
+import { Entries } from "./entries.js";
+import { Fields, hasPlace } from "./fields.js";
 import { ForecastView } from "./forecast.js";
 import { List } from "./list.js";
 import { PlanMap } from "./map.js";
@@ -11,6 +12,7 @@ import { Store, sentence } from "./store.js";
 let selected;
 let isFirst = true;
 const store = new Store({ changed: draw, said });
+const entries = new Entries(draw);
 const change = (act) => void store.change(act);
 const map = new PlanMap(element("ground", HTMLElement), {
     tapped: (at) => pen.tapped(at),
@@ -32,8 +34,8 @@ const pen = new Pen(map, {
     },
     said,
 });
-const list = new List({ select, show: (index) => withFeature(index, (it) => map.show(it)), change, said });
-const fields = new Fields(change);
+const list = new List(entries, { select, show: (index) => withFeature(index, (it) => map.show(it)), change });
+const fields = new Fields(entries, change);
 const forecast = new ForecastView({
     forecast: (robots, missions) => void store.forecast(robots, missions),
     cancel: () => void store.cancel(),
@@ -48,7 +50,12 @@ const files = new Files({
     said,
 });
 element("whole", HTMLButtonElement).addEventListener("click", () => map.whole(store.state?.plan.features ?? []));
-element("undo", HTMLButtonElement).addEventListener("click", () => void store.undo());
+element("undo", HTMLButtonElement).addEventListener("click", () => {
+    if (entries.isEmpty)
+        void store.undo();
+    else
+        entries.clear();
+});
 addEventListener("resize", draw);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 void store.begin();
@@ -71,9 +78,10 @@ function hovered(at) {
     element("coordinates", HTMLElement).textContent = at === undefined ? "" : [written(at), mark].filter((it) => it !== undefined).join("   ");
 }
 function draw() {
-    const { state, mayChange } = store;
-    if (state === undefined)
+    const { state: kept, mayChange } = store;
+    if (kept === undefined)
         return;
+    const state = { ...kept, review: { ...kept.review, problems: [...entries.problems(kept.plan), ...kept.review.problems] } };
     if (selected !== undefined && selected >= state.plan.features.length)
         selected = undefined;
     element("name", HTMLElement).textContent = state.plan.scenario.name;
@@ -83,7 +91,7 @@ function draw() {
     fields.draw(state, mayChange);
     forecast.draw(state, mayChange);
     files.draw(state, mayChange);
-    element("undo", HTMLButtonElement).disabled = !mayChange || !store.canUndo;
+    element("undo", HTMLButtonElement).disabled = !mayChange || !(store.canUndo || !entries.isEmpty);
     for (const button of document.querySelectorAll("#draw button"))
         button.disabled = !mayChange;
     review(state.review);
@@ -92,7 +100,8 @@ function draw() {
     isFirst = false;
 }
 function review({ problems, warnings, size, effects }) {
-    const ofAll = problems.filter(({ at }) => at === "map").map(({ message }) => message);
+    const ofAll = problems.filter(({ at }) => !hasPlace(at))
+        .map(({ at, message }) => (typeof at === "object" && "key" in at ? `${at.key}: ${message}` : message));
     const elsewhere = problems.length - ofAll.length;
     const state = element("state", HTMLElement);
     state.textContent = problems.length === 0 ? "ready" : "not ready yet";
@@ -101,7 +110,7 @@ function review({ problems, warnings, size, effects }) {
     const lines = [
         ...ofAll.map((message) => ({ message: sentence(message), className: "problem" })),
         ...(elsewhere > 0 && ofAll.length === 0 ? [{ message: `${elsewhere} ${elsewhere === 1 ? "entry needs" : "entries need"} a change; see there.`, className: "problem" }] : []),
-        ...(size === null ? [] : [{ message: `${size.rows} × ${size.columns} cells, ${size.searched} searched: ${(size.searched_square_meters / 1e6).toFixed(2)} km².`, className: "" }]),
+        ...(size === null ? [] : [{ message: `${size.rows} × ${size.columns} cells, ${size.searched} searched: ${groundOf(size.searched_square_meters)}.`, className: "" }]),
         ...(rest === undefined ? [] : [{
                 message: `${Number((100 * (rest.poa ?? 0)).toFixed(1))} % of the probability is ${rest.cells === 0 ? "beyond the map" : "spread over the rest of the search area"}.`, className: "",
             }]),

@@ -1,5 +1,5 @@
 import { element } from "../panel.js";
-import { KINDS, isPlace, parsePosition } from "./drawing.js";
+import { FEW_CORNERS, KINDS, isPlace, parsePosition } from "./drawing.js";
 const BUTTONS = {
     "draw-search": "search", "draw-no_go": "no_go", "draw-prior": "prior", "draw-last_known_position": "last_known_position",
     "draw-start": "start",
@@ -62,7 +62,7 @@ export class Pen {
         if (kind === undefined)
             return;
         if (!isPlace(kind) && corners.length < 3) {
-            this.events.said("An area has at least three corners: tap them on the map, or type their coordinates.", true);
+            this.events.said(`${FEW_CORNERS} Tap them on the map, or type their coordinates.`, true);
             return;
         }
         this.begin(undefined);

@@ -43,13 +43,20 @@ export interface Plan {
 
 export type Place = { feature: number } | { key: string } | "map";
 
+export interface Problem {
+  at: Place;
+  message: string;
+}
+
 export interface Review {
-  problems: { at: Place; message: string }[];
+  problems: Problem[];
   warnings: string[];
   size: { rows: number; columns: number; searched: number; traversable: number; searched_square_meters: number } | null;
   suggested_cell_meters: number | null;
   effects: { name: string | null; kind: Kind; cells: number; poa: number | null }[];
   starts: ([number, number] | null)[];
+  /** Searched ground that no robot sees: south, west, north and east, degrees. */
+  unseen: [number, number, number, number][];
 }
 
 /** One team of a forecast, as `dragnet forecast --json` tells it. */
@@ -58,13 +65,13 @@ export interface Team {
   missions: number;
   budget_seconds: number;
   on_map: number;
-  success: { mean: number; sem: number | null };
+  success: { mean: number; low: number; high: number };
   seconds_to: (number | null)[];
   curve: [number, number][];
 }
 
 export type Forecast =
-  | { revision: number; state: "running"; progress: [number, number] }
+  | { revision: number; state: "running"; progress: [number, number]; minutes_left: number | null }
   | { revision: number; state: "done"; teams: Team[] }
   | { revision: number; state: "failed"; why: string };
 

@@ -74,6 +74,12 @@ export function removeCorner({ corners, isRing }: { corners: Position[]; isRing:
   if (isRing && index === 0 && first !== undefined) corners[corners.length - 1] = first;
 }
 
+/** `900 m²`, `3.25 ha`, `1.30 km²`: the unit in which the number can be read. */
+export function groundOf(squareMeters: number): string {
+  if (squareMeters < 1e4) return `${squareMeters.toFixed(0)} m²`;
+  return squareMeters < 1e6 ? `${(squareMeters / 1e4).toFixed(2)} ha` : `${(squareMeters / 1e6).toFixed(2)} km²`;
+}
+
 /** `49.23600, -2.24000`: latitude and longitude to a meter. */
 export function written([longitude = NaN, latitude = NaN]: Position): string {
   return `${latitude.toFixed(5)}, ${longitude.toFixed(5)}`;
@@ -110,8 +116,11 @@ function angle(text: string | undefined, letters: string): number | undefined {
   return Number.isFinite(value) ? (/[-−]/.test(sign) || letter === "S" || letter === "W" ? -value : value) : undefined;
 }
 
-/** Positions of a text, one a line; otherwise what is wrong, and in which line. */
-export function parsePositions(text: string): Position[] | string {
+/** What an area with fewer corners is told. */
+export const FEW_CORNERS = "An area has at least three corners.";
+
+/** Corners of a text, one a line; otherwise what is wrong, and in which line. */
+export function parseCorners(text: string, isRing: boolean): Position[] | string {
   const positions: Position[] = [];
   for (const [index, line] of text.split("\n").entries()) {
     if (line.trim() === "") continue;
@@ -119,5 +128,6 @@ export function parsePositions(text: string): Position[] | string {
     if (typeof position === "string") return `Line ${index + 1}: ${position}`;
     positions.push(position);
   }
-  return positions;
+  if (isRing && positions.length < 3) return FEW_CORNERS;
+  return positions.length < 2 ? "A line has at least two corners." : positions;
 }

@@ -5,19 +5,29 @@ import { robotColor } from "../colors.js";
 import { clock } from "../mission.js";
 import { element } from "../panel.js";
 import type { State, Team } from "./api.js";
+import { parseNumber } from "./entries.js";
 
 export interface ForecastEvents {
   forecast(robots: number, missions: number): void;
   cancel(): void;
 }
 
+/** As in scenarios. */
+const MOST_ROBOTS = 1000;
+
 export class ForecastView {
   private isSet = false;
 
   constructor(events: ForecastEvents) {
-    element("forecast", HTMLButtonElement).addEventListener("click", () =>
-      events.forecast(Math.trunc(Number(element("forecast-robots", HTMLInputElement).value)), Number(element("forecast-missions", HTMLSelectElement).value)),
-    );
+    element("forecast", HTMLButtonElement).addEventListener("click", () => {
+      const field = element("forecast-robots", HTMLInputElement);
+      const robots = parseNumber(field.value, { isWhole: true, least: 1, most: MOST_ROBOTS });
+      const isWrong = typeof robots === "string";
+      const said = element("forecast-robots-problem", HTMLElement);
+      [said.textContent, said.hidden] = [isWrong ? robots : "", !isWrong];
+      field.setAttribute("aria-invalid", String(isWrong));
+      if (typeof robots === "number") events.forecast(robots, Number(element("forecast-missions", HTMLSelectElement).value));
+    });
     element("cancel", HTMLButtonElement).addEventListener("click", () => events.cancel());
   }
 
@@ -35,13 +45,18 @@ export class ForecastView {
     element("forecast-old", HTMLElement).hidden = !isOld || isRunning;
     element("forecast-state", HTMLElement).textContent = forecast === null ? "No forecast yet." : forecast.state === "failed"
       ? `No forecast: ${forecast.why}.`
-      : isRunning ? `${forecast.progress[0]} of ${forecast.progress[1]} simulated missions.${isOld ? " The plan has changed since they began." : ""}` : "";
+      : isRunning ? `${forecast.progress[0]} of ${forecast.progress[1]} simulated missions${left(forecast.minutes_left)}.${isOld ? " The plan has changed since they began." : ""}` : "";
     const teams = forecast?.state === "done" ? forecast.teams : [];
     const results = element("forecast-results", HTMLElement);
     results.hidden = teams.length === 0;
     results.classList.toggle("old", isOld);
     if (teams.length > 0) show(teams);
   }
+}
+
+function left(minutes: number | null): string {
+  if (minutes === null) return "";
+  return minutes <= 1 ? ", about a minute left" : `, about ${minutes} minutes left`;
 }
 
 function show(teams: Team[]): void {
@@ -51,7 +66,7 @@ function show(teams: Team[]): void {
   if (first === undefined) return;
   const beyond = first.on_map < 1 ? ` ${percent(1 - first.on_map)} of the probability lies beyond the map and is never found.` : "";
   element("forecast-note", HTMLElement).textContent =
-    `Mean of ${first.missions} simulated missions for each team.${beyond} Simulations assume that the probabilities and the sensor are as given.`;
+    `Mean of ${first.missions} simulated missions for each team; in parentheses its 95 % interval, which more missions make narrower.${beyond} Simulations assume that the probabilities and the sensor are as given.`;
   drawCurves(teams, first.budget_seconds);
   drawTeams(teams);
 }
@@ -63,8 +78,8 @@ function row(team: Team): HTMLTableRowElement {
   sign.style.borderColor = robotColor(team.robots);
   made.insertCell().append(sign);
   for (const seconds of team.seconds_to) made.insertCell().textContent = seconds === null ? "never" : clock(seconds);
-  const sem = team.success.sem === null ? "" : ` ± ${(100 * team.success.sem).toFixed(0)}`;
-  made.insertCell().textContent = `${(100 * team.success.mean).toFixed(0)}${sem} %`;
+  const { mean, low, high } = team.success;
+  made.insertCell().textContent = `${percent(mean)} (${(100 * low).toFixed(0)}–${(100 * high).toFixed(0)})`;
   return made;
 }
 
@@ -78,13 +93,14 @@ function drawCurves(teams: Team[], until: number): void {
   for (const team of teams) line(axes, team.curve, robotColor(team.robots));
 }
 
-/** Probability of success at the end and at half time, by the number of robots. */
+/** Probability of success at the end with its interval, by the number of robots. */
 function drawTeams(teams: Team[]): void {
   const canvas = element("teams-chart", HTMLCanvasElement);
   const most = Math.max(...teams.map((team) => team.robots), 2);
   const axes = drawAxes(canvas, { left: 1, right: most, top: 1, levels: LEVELS, level: percent, ends: ["1 robot", `${most} robots`] });
   line(axes, teams.map((team) => [team.robots, team.success.mean]), axes.color("--accent"));
   for (const team of teams) {
+    line(axes, [[team.robots, team.success.low], [team.robots, team.success.high]], robotColor(team.robots));
     axes.context.beginPath();
     axes.context.arc(axes.x(team.robots), axes.y(team.success.mean), 4, 0, 2 * Math.PI);
     axes.context.fillStyle = robotColor(team.robots);

@@ -3,23 +3,29 @@
 import { robotColor } from "../colors.js";
 import { element } from "../panel.js";
 import type { Feature, Kind, Plan, State } from "./api.js";
-import { KINDS, OF_AREAS, OF_PLACES, closed, isPlace, kindOf, lines, parsePosition, parsePositions, written } from "./drawing.js";
+import { KINDS, OF_AREAS, OF_PLACES, closed, isPlace, kindOf, lines, parseCorners, parsePosition, written } from "./drawing.js";
+import { type Allowed, type Entries, parseNumber } from "./entries.js";
 import { sentence } from "./store.js";
 
 export interface ListEvents {
   select(feature: number | undefined): void;
   show(feature: number): void;
   change(act: (plan: Plan) => void): void;
-  said(message: string, isWrong: boolean): void;
 }
+
+/** Probabilities, percent, and spreads, meters: the limits of files of areas. */
+const POA: Allowed = { isOptional: true, least: 0, most: 100, unit: "%" };
+const SPREAD: Allowed = { above: 0, most: 100_000, unit: "m" };
 
 export class List {
   private readonly list = element("features", HTMLUListElement);
+  private plan: Plan | undefined;
 
-  constructor(private readonly events: ListEvents) {}
+  constructor(private readonly entries: Entries, private readonly events: ListEvents) {}
 
   draw(state: State, selected: number | undefined, mayChange: boolean): void {
-    const focused = document.activeElement instanceof HTMLElement && this.list.contains(document.activeElement) ? document.activeElement.id : "";
+    this.plan = state.plan;
+    const focused = document.activeElement instanceof HTMLElement && this.list.contains(document.activeElement) ? document.activeElement : undefined;
     const { features } = state.plan;
     let starts = 0;
     const rows = features.map((feature, index) => {
@@ -29,7 +35,7 @@ export class List {
       return row;
     });
     this.list.replaceChildren(...rows);
-    if (focused !== "") document.getElementById(focused)?.focus();
+    if (focused !== undefined) resume(focused);
     element("no-features", HTMLElement).hidden = features.length > 0;
   }
 
@@ -52,8 +58,8 @@ export class List {
       button.prepend(sign);
     }
     row.append(button, make("span", this.effect(state, feature, start), "effect"));
-    const problem = state.review.problems.find(({ at }) => typeof at === "object" && "feature" in at && at.feature === index);
-    if (problem !== undefined) row.append(make("p", sentence(problem.message), "problem"));
+    const problems = state.review.problems.filter(({ at }) => typeof at === "object" && "feature" in at && at.feature === index);
+    row.append(...problems.map(({ message }) => make("p", sentence(message), "problem")));
     return row;
   }
 
@@ -88,14 +94,13 @@ export class List {
     if (kind === "prior" || kind === "last_known_position") {
       const { poa } = feature.properties ?? {};
       const shown = poa === undefined ? "" : String(Number((100 * poa).toFixed(4)));
-      const field = input(`poa-${index}`, "Probability that the person or object is here, %", shown, (value) =>
-        property({ poa: value.trim() === "" ? undefined : share(value) }));
-      form.append(field);
+      form.append(this.entry(index, `poa-${index}`, "Probability that the person or object is here, %", shown, (text) => parseNumber(text, POA), (value) =>
+        property({ poa: value === undefined ? undefined : Number((value / 100).toFixed(9)) })));
     }
     if (kind === "last_known_position") {
       const spread = feature.properties?.spread_meters;
-      form.append(input(`spread-${index}`, "Within how many meters (39 % of the probability)", spread === undefined ? "" : String(spread), (value) =>
-        property({ spread_meters: Number(value.replace(",", ".")) })));
+      form.append(this.entry(index, `spread-${index}`, "Within how many meters (39 % of the probability)", spread === undefined ? "" : String(spread),
+        (text) => parseNumber(text, SPREAD), (value) => property({ spread_meters: value })));
     }
     this.coordinates(form, feature, index, set);
     const remove = make("button", "Delete");
@@ -109,16 +114,21 @@ export class List {
     return form;
   }
 
+  /** A field of a feature, whose text means something or is refused. */
+  private entry<T>(index: number, id: string, label: string, shown: string, parse: (text: string) => T | string, act: (value: T) => void): HTMLElement {
+    return input(id, label, this.entries.text(id) ?? shown, (text) => this.enter(index, id, text, parse(text), act));
+  }
+
+  private enter<T>(index: number, id: string, text: string, value: T | string, act: (value: T) => void): void {
+    this.entries.take(id, { feature: index }, this.plan, (plan) => JSON.stringify(plan.features[index]), text, value, act);
+  }
+
   /** Coordinates of a place, or the corners of a shape of one line. */
   private coordinates(form: HTMLElement, feature: Feature, index: number, set: (act: (feature: Feature) => void) => void): void {
     const { geometry } = feature;
-    const refuse = (why: string) => this.events.said(why, true);
     if (geometry?.type === "Point") {
-      form.append(input(`at-${index}`, "Latitude, longitude", written(geometry.coordinates), (value) => {
-        const at = parsePosition(value);
-        if (typeof at === "string") refuse(at);
-        else set((it) => (it.geometry = { type: "Point", coordinates: at }));
-      }));
+      form.append(this.entry(index, `at-${index}`, "Latitude, longitude", written(geometry.coordinates), parsePosition, (at) =>
+        set((it) => (it.geometry = { type: "Point", coordinates: at }))));
       return;
     }
     const all = lines(geometry);
@@ -127,15 +137,13 @@ export class List {
     const corners = only.isRing ? only.corners.slice(0, -1) : only.corners;
     const label = make("label", "Corners: latitude, longitude, one in each line");
     const area = document.createElement("textarea");
-    [area.id, area.rows, area.value] = [`corners-${index}`, Math.min(corners.length + 1, 8), corners.map(written).join("\n")];
-    area.addEventListener("change", () => {
-      const positions = parsePositions(area.value);
-      if (typeof positions === "string") refuse(positions);
-      else set((it) => {
+    const id = `corners-${index}`;
+    [area.id, area.rows, area.defaultValue] = [id, Math.min(corners.length + 1, 8), this.entries.text(id) ?? corners.map(written).join("\n")];
+    area.addEventListener("change", () => this.enter(index, id, area.value, parseCorners(area.value, only.isRing), (positions) =>
+      set((it) => {
         const line = lines(it.geometry)[0];
         line?.corners.splice(0, line.corners.length, ...(line.isRing ? closed(positions) : positions));
-      });
-    });
+      })));
     label.append(area);
     form.append(label);
   }
@@ -152,10 +160,12 @@ function turn(feature: Feature, kind: Kind): void {
   };
 }
 
-/** Percent as a share; what is no number is left for the server to refuse. */
-function share(percent: string): unknown {
-  const number = Number(percent.replace("%", "").replace(",", ".").trim());
-  return Number.isFinite(number) ? Number((number / 100).toFixed(9)) : percent;
+/** The list was made anew around somebody who types: the text stays, and so does the focus. */
+function resume(before: HTMLElement): void {
+  const now = document.getElementById(before.id);
+  const isText = (it: HTMLElement | null) => it instanceof HTMLInputElement || it instanceof HTMLTextAreaElement;
+  if (isText(now) && isText(before) && before.value !== before.defaultValue) now.value = before.value;
+  now?.focus();
 }
 
 function make<K extends keyof HTMLElementTagNameMap>(tag: K, text: string, className = ""): HTMLElementTagNameMap[K] {
@@ -167,7 +177,7 @@ function make<K extends keyof HTMLElementTagNameMap>(tag: K, text: string, class
 
 function input(id: string, label: string, value: string, changed: (value: string) => void): HTMLElement {
   const [around, field] = [make("label", label), document.createElement("input")];
-  [field.id, field.value] = [id, value];
+  [field.id, field.defaultValue] = [id, value];
   field.addEventListener("change", () => changed(field.value));
   around.append(field);
   return around;

@@ -3,8 +3,9 @@
 import { element } from "../panel.js";
 import { mgrsOf } from "../place.js";
 import type { Feature, Plan, Position } from "./api.js";
-import { feature, written } from "./drawing.js";
-import { Fields } from "./fields.js";
+import { feature, groundOf, written } from "./drawing.js";
+import { Entries } from "./entries.js";
+import { Fields, hasPlace } from "./fields.js";
 import { ForecastView } from "./forecast.js";
 import { List } from "./list.js";
 import { PlanMap } from "./map.js";
@@ -16,6 +17,7 @@ let selected: number | undefined;
 let isFirst = true;
 
 const store = new Store({ changed: draw, said });
+const entries = new Entries(draw);
 const change = (act: (plan: Plan) => void) => void store.change(act);
 const map = new PlanMap(element("ground", HTMLElement), {
   tapped: (at) => pen.tapped(at),
@@ -35,8 +37,8 @@ const pen = new Pen(map, {
   },
   said,
 });
-const list = new List({ select, show: (index) => withFeature(index, (it) => map.show(it)), change, said });
-const fields = new Fields(change);
+const list = new List(entries, { select, show: (index) => withFeature(index, (it) => map.show(it)), change });
+const fields = new Fields(entries, change);
 const forecast = new ForecastView({
   forecast: (robots, missions) => void store.forecast(robots, missions),
   cancel: () => void store.cancel(),
@@ -51,7 +53,10 @@ const files = new Files({
   said,
 });
 element("whole", HTMLButtonElement).addEventListener("click", () => map.whole(store.state?.plan.features ?? []));
-element("undo", HTMLButtonElement).addEventListener("click", () => void store.undo());
+element("undo", HTMLButtonElement).addEventListener("click", () => {
+  if (entries.isEmpty) void store.undo();
+  else entries.clear();
+});
 addEventListener("resize", draw);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 void store.begin();
@@ -78,8 +83,10 @@ function hovered(at: Position | undefined): void {
 }
 
 function draw(): void {
-  const { state, mayChange } = store;
-  if (state === undefined) return;
+  const { state: kept, mayChange } = store;
+  if (kept === undefined) return;
+  // What is not sent yet is wrong too.
+  const state = { ...kept, review: { ...kept.review, problems: [...entries.problems(kept.plan), ...kept.review.problems] } };
   if (selected !== undefined && selected >= state.plan.features.length) selected = undefined;
   element("name", HTMLElement).textContent = state.plan.scenario.name;
   document.title = `${state.plan.scenario.name} – plan – Dragnet`;
@@ -88,7 +95,7 @@ function draw(): void {
   fields.draw(state, mayChange);
   forecast.draw(state, mayChange);
   files.draw(state, mayChange);
-  element("undo", HTMLButtonElement).disabled = !mayChange || !store.canUndo;
+  element("undo", HTMLButtonElement).disabled = !mayChange || !(store.canUndo || !entries.isEmpty);
   for (const button of document.querySelectorAll<HTMLButtonElement>("#draw button")) button.disabled = !mayChange;
   review(state.review);
   if (isFirst) map.whole(state.plan.features, true);
@@ -97,7 +104,8 @@ function draw(): void {
 
 /** What is wrong with the plan as a whole, and what it is. */
 function review({ problems, warnings, size, effects }: NonNullable<Store["state"]>["review"]): void {
-  const ofAll = problems.filter(({ at }) => at === "map").map(({ message }) => message);
+  const ofAll = problems.filter(({ at }) => !hasPlace(at))
+    .map(({ at, message }) => (typeof at === "object" && "key" in at ? `${at.key}: ${message}` : message));
   const elsewhere = problems.length - ofAll.length;
   const state = element("state", HTMLElement);
   state.textContent = problems.length === 0 ? "ready" : "not ready yet";
@@ -106,7 +114,7 @@ function review({ problems, warnings, size, effects }: NonNullable<Store["state"
   const lines = [
     ...ofAll.map((message) => ({ message: sentence(message), className: "problem" })),
     ...(elsewhere > 0 && ofAll.length === 0 ? [{ message: `${elsewhere} ${elsewhere === 1 ? "entry needs" : "entries need"} a change; see there.`, className: "problem" }] : []),
-    ...(size === null ? [] : [{ message: `${size.rows} × ${size.columns} cells, ${size.searched} searched: ${(size.searched_square_meters / 1e6).toFixed(2)} km².`, className: "" }]),
+    ...(size === null ? [] : [{ message: `${size.rows} × ${size.columns} cells, ${size.searched} searched: ${groundOf(size.searched_square_meters)}.`, className: "" }]),
     ...(rest === undefined ? [] : [{
       message: `${Number((100 * (rest.poa ?? 0)).toFixed(1))} % of the probability is ${rest.cells === 0 ? "beyond the map" : "spread over the rest of the search area"}.`, className: "",
     }]),

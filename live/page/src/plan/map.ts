@@ -103,6 +103,7 @@ export class PlanMap {
     this.shapes.clearLayers();
     this.handles.clearLayers();
     const { features, scenario } = state.plan;
+    this.addUnseen(state.review.unseen);
     let starts = 0;
     features.forEach((feature, index) => {
       const isWrong = state.review.problems.some(({ at }) => typeof at === "object" && "feature" in at && at.feature === index);
@@ -111,6 +112,13 @@ export class PlanMap {
     });
     const feature = selected === undefined ? undefined : features[selected];
     if (feature !== undefined && selected !== undefined && !this.isDrawing) this.addHandles(feature, selected);
+  }
+
+  /** Hatches ground that no robot sees. */
+  private addUnseen(unseen: [number, number, number, number][]): void {
+    const style = { stroke: false, fillColor: "url(#hatch)", fillOpacity: 1, interactive: false, pane: "grid", className: "plan-unseen" };
+    for (const [south, west, north, east] of unseen) L.rectangle([[south, west], [north, east]], style).addTo(this.shapes);
+    element("unseen", HTMLElement).hidden = unseen.length === 0;
   }
 
   private add(feature: Feature, index: number, as: { isSelected: boolean; isWrong: boolean; robot: number | undefined }): void {

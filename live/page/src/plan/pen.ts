@@ -2,7 +2,7 @@
 
 import { element } from "../panel.js";
 import type { Kind, Position } from "./api.js";
-import { KINDS, isPlace, parsePosition } from "./drawing.js";
+import { FEW_CORNERS, KINDS, isPlace, parsePosition } from "./drawing.js";
 import type { PlanMap } from "./map.js";
 
 export interface Drawn {
@@ -74,7 +74,7 @@ export class Pen {
     const { kind, corners } = this;
     if (kind === undefined) return;
     if (!isPlace(kind) && corners.length < 3) {
-      this.events.said("An area has at least three corners: tap them on the map, or type their coordinates.", true);
+      this.events.said(`${FEW_CORNERS} Tap them on the map, or type their coordinates.`, true);
       return;
     }
     this.begin(undefined);
