@@ -71,6 +71,7 @@ assets! {
     "/stream.js", "text/javascript; charset=utf-8", "dist/stream.js";
     "/plan/api.js", "text/javascript; charset=utf-8", "dist/plan/api.js";
     "/plan/drawing.js", "text/javascript; charset=utf-8", "dist/plan/drawing.js";
+    "/plan/entries.js", "text/javascript; charset=utf-8", "dist/plan/entries.js";
     "/plan/fields.js", "text/javascript; charset=utf-8", "dist/plan/fields.js";
     "/plan/forecast.js", "text/javascript; charset=utf-8", "dist/plan/forecast.js";
     "/plan/list.js", "text/javascript; charset=utf-8", "dist/plan/list.js";
@@ -108,6 +109,22 @@ mod tests {
                 let name = part.split('"').next().unwrap();
                 let path = format!("/{}", name.trim_start_matches(['.', '/']));
                 assert!(name.starts_with('#') || ASSETS.iter().any(|asset| asset.path == path), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_module_finds_all_that_it_imports() {
+        let is_served = |path: &str| ASSETS.iter().any(|asset| asset.path == path);
+        for asset in ASSETS.iter().filter(|asset| !["/leaflet.js", "/mgrs.js"].contains(&asset.path)) {
+            let folder = asset.path.rsplit_once('/').unwrap().0;
+            for name in asset.body.split("from \"").skip(1).filter_map(|rest| rest.split('"').next()) {
+                let path = match (name.strip_prefix("../"), name.strip_prefix("./")) {
+                    (Some(name), _) => format!("/{name}"),
+                    (_, Some(name)) => format!("{folder}/{name}"),
+                    _ => continue,
+                };
+                assert!(is_served(&path), "{} imports {name}", asset.path);
             }
         }
     }

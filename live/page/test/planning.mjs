@@ -236,6 +236,7 @@ async function entries(page) {
   await page.locator("#forecast").click();
   await refused("forecast-robots", /“abc” is no number; allowed is a whole number from 1 to 1000/);
   await put(page, "forecast-robots", "4");
+  assert.ok(await page.locator("#forecast-robots-problem").isHidden());
 
   // A setting that the page does not show.
   const set = (limit) => page.evaluate(async (limit) => {

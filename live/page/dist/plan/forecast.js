@@ -8,15 +8,11 @@ export class ForecastView {
     isSet = false;
     constructor(events) {
         element("forecast", HTMLButtonElement).addEventListener("click", () => {
-            const field = element("forecast-robots", HTMLInputElement);
-            const robots = parseNumber(field.value, { isWhole: true, least: 1, most: MOST_ROBOTS });
-            const isWrong = typeof robots === "string";
-            const said = element("forecast-robots-problem", HTMLElement);
-            [said.textContent, said.hidden] = [isWrong ? robots : "", !isWrong];
-            field.setAttribute("aria-invalid", String(isWrong));
-            if (typeof robots === "number")
+            const robots = enteredRobots();
+            if (robots !== undefined)
                 events.forecast(robots, Number(element("forecast-missions", HTMLSelectElement).value));
         });
+        element("forecast-robots", HTMLInputElement).addEventListener("change", enteredRobots);
         element("cancel", HTMLButtonElement).addEventListener("click", () => events.cancel());
     }
     draw({ plan, review, revision, forecast }, mayChange) {
@@ -43,6 +39,15 @@ export class ForecastView {
         if (teams.length > 0)
             show(teams);
     }
+}
+function enteredRobots() {
+    const field = element("forecast-robots", HTMLInputElement);
+    const robots = parseNumber(field.value, { isWhole: true, least: 1, most: MOST_ROBOTS });
+    const isWrong = typeof robots === "string";
+    const said = element("forecast-robots-problem", HTMLElement);
+    [said.textContent, said.hidden] = [isWrong ? robots : "", !isWrong];
+    field.setAttribute("aria-invalid", String(isWrong));
+    return isWrong ? undefined : robots;
 }
 function left(minutes) {
     if (minutes === null)

@@ -20,14 +20,10 @@ export class ForecastView {
 
   constructor(events: ForecastEvents) {
     element("forecast", HTMLButtonElement).addEventListener("click", () => {
-      const field = element("forecast-robots", HTMLInputElement);
-      const robots = parseNumber(field.value, { isWhole: true, least: 1, most: MOST_ROBOTS });
-      const isWrong = typeof robots === "string";
-      const said = element("forecast-robots-problem", HTMLElement);
-      [said.textContent, said.hidden] = [isWrong ? robots : "", !isWrong];
-      field.setAttribute("aria-invalid", String(isWrong));
-      if (typeof robots === "number") events.forecast(robots, Number(element("forecast-missions", HTMLSelectElement).value));
+      const robots = enteredRobots();
+      if (robots !== undefined) events.forecast(robots, Number(element("forecast-missions", HTMLSelectElement).value));
     });
+    element("forecast-robots", HTMLInputElement).addEventListener("change", enteredRobots);
     element("cancel", HTMLButtonElement).addEventListener("click", () => events.cancel());
   }
 
@@ -52,6 +48,17 @@ export class ForecastView {
     results.classList.toggle("old", isOld);
     if (teams.length > 0) show(teams);
   }
+}
+
+/** The largest team; otherwise what is wrong is shown. */
+function enteredRobots(): number | undefined {
+  const field = element("forecast-robots", HTMLInputElement);
+  const robots = parseNumber(field.value, { isWhole: true, least: 1, most: MOST_ROBOTS });
+  const isWrong = typeof robots === "string";
+  const said = element("forecast-robots-problem", HTMLElement);
+  [said.textContent, said.hidden] = [isWrong ? robots : "", !isWrong];
+  field.setAttribute("aria-invalid", String(isWrong));
+  return isWrong ? undefined : robots;
 }
 
 function left(minutes: number | null): string {

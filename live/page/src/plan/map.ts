@@ -116,7 +116,7 @@ export class PlanMap {
 
   /** Hatches ground that no robot sees. */
   private addUnseen(unseen: [number, number, number, number][]): void {
-    const style = { stroke: false, fillColor: "url(#hatch)", fillOpacity: 1, interactive: false, pane: "grid", className: "plan-unseen" };
+    const style = { stroke: false, fillColor: "url(#hatch)", fillOpacity: 1, interactive: false, pane: "outlines", className: "plan-unseen" };
     for (const [south, west, north, east] of unseen) L.rectangle([[south, west], [north, east]], style).addTo(this.shapes);
     element("unseen", HTMLElement).hidden = unseen.length === 0;
   }
