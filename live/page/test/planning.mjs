@@ -284,12 +284,15 @@ async function forecasts(page) {
   await page.locator("#forecast-missions").selectOption("200");
   await page.locator("#feature-0").click();
   await page.locator("#forecast").click();
+  await page.locator("#cancel").waitFor();
   // News of it leave what is being typed as it is.
   await page.locator("#name-0").fill("Typed meanwhile");
   await until("the rest of the time is estimated", async () => /\d+ of 800 simulated missions, about (a minute|\d+ minutes) left\./.test(await text(page, "forecast-state")));
   assert.equal(await page.locator("#name-0").inputValue(), "Typed meanwhile");
   await page.locator("#cancel").click();
+  await until("it was sent", async () => (await names(page)).includes("Typed meanwhile"));
   await page.locator("#undo").click();
+  await until("it was taken back", async () => !(await names(page)).includes("Typed meanwhile"));
   await until("it is cancelled", async () => (await text(page, "forecast-state")) === "No forecast yet.");
   await page.locator("#forecast-robots").fill("3");
   await page.locator("#forecast-missions").selectOption("10");

@@ -143,10 +143,18 @@ function turn(feature, kind) {
 }
 function resume(before) {
     const now = document.getElementById(before.id);
-    const isText = (it) => it instanceof HTMLInputElement || it instanceof HTMLTextAreaElement;
-    if (isText(now) && isText(before) && before.value !== before.defaultValue)
-        now.value = before.value;
     now?.focus();
+    const isText = (it) => it instanceof HTMLInputElement || it instanceof HTMLTextAreaElement;
+    if (!isText(now) || !isText(before) || before.value === before.defaultValue)
+        return;
+    now.value = before.value;
+    now.setSelectionRange(before.selectionStart, before.selectionEnd);
+    let isReported = false;
+    now.addEventListener("change", () => (isReported = true));
+    now.addEventListener("blur", () => {
+        if (!isReported)
+            now.dispatchEvent(new Event("change"));
+    });
 }
 function make(tag, text, className = "") {
     const made = document.createElement(tag);

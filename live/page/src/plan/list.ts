@@ -163,9 +163,17 @@ function turn(feature: Feature, kind: Kind): void {
 /** The list was made anew around somebody who types: the text stays, and so does the focus. */
 function resume(before: HTMLElement): void {
   const now = document.getElementById(before.id);
-  const isText = (it: HTMLElement | null) => it instanceof HTMLInputElement || it instanceof HTMLTextAreaElement;
-  if (isText(now) && isText(before) && before.value !== before.defaultValue) now.value = before.value;
   now?.focus();
+  const isText = (it: HTMLElement | null) => it instanceof HTMLInputElement || it instanceof HTMLTextAreaElement;
+  if (!isText(now) || !isText(before) || before.value === before.defaultValue) return;
+  now.value = before.value;
+  now.setSelectionRange(before.selectionStart, before.selectionEnd);
+  // Browsers report a change of what was typed here, which is not all of it.
+  let isReported = false;
+  now.addEventListener("change", () => (isReported = true));
+  now.addEventListener("blur", () => {
+    if (!isReported) now.dispatchEvent(new Event("change"));
+  });
 }
 
 function make<K extends keyof HTMLElementTagNameMap>(tag: K, text: string, className = ""): HTMLElementTagNameMap[K] {
