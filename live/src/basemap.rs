@@ -1,4 +1,4 @@
-//! The map under the map: raster tiles of a `PMTiles` file (version 3), in spherical Mercator, so that a page shows the
+//! The map under the map: raster tiles of a PMTiles file (version 3), in spherical Mercator, so that a page shows the
 //! ground without the internet.
 
 use std::fs::File;

@@ -57,7 +57,7 @@ pub struct Settings {
     /// A file with the token for commands, at least 16 characters, relative to the working directory; without it a new
     /// token is drawn and printed.
     pub token_file: Option<PathBuf>,
-    /// A map to show under the search: raster tiles in a `PMTiles` file, relative to the working directory. Pages load
+    /// A map to show under the search: raster tiles in a PMTiles file, relative to the working directory. Pages load
     /// nothing from the internet.
     pub basemap: Option<PathBuf>,
 }

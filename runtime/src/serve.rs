@@ -287,15 +287,12 @@ pub fn world(
         let searching = async {
             let (session, factor) = (session.clone(), config.real_time_factor);
             let server = WorldServer::open(session, mission, scenario, config.seed, factor, true, spectator);
-            server.await?.run().await
-        };
-        let searching = async {
             tokio::select! {
-                ended = searching => ended,
+                ended = async { server.await?.run().await } => ended,
                 () = stop => stopped(),
             }
         };
-        leaving(&session, searching).await
+        leaving(&session, Box::pin(searching)).await
     })?;
     Ok((episode, config.seed))
 }
