@@ -327,7 +327,9 @@ fn a_restarted_robot_plans_its_tour_anew_and_always_alike() {
     assert_eq!(kept.len(), 8, "it has driven on");
     let restart = || {
         let mut again = of_tours();
-        kept.iter().for_each(|observation| again.robot.recall(observation));
+        for observation in &kept {
+            again.robot.recall(observation);
+        }
         let at = kept[7].from;
         again.sense(60, at).route.unwrap()
     };
