@@ -4,9 +4,11 @@
 //! length `f = (width / 2) / tan(field_of_view / 2)` in pixels. Lens distortion must be removed before, and heights are
 //! not used: a camera measures bearings only.
 
+mod attitude;
 mod boxes;
 mod view;
 
+pub use attitude::Attitude;
 pub use boxes::{BoxRefusal, DetectionBox, Detections, TooManyBoxes};
 pub use view::{View, ViewError};
 
