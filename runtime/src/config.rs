@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::session::Endpoints;
 use crate::vehicle::detector;
-use crate::{RuntimeError, ros};
+use crate::{RuntimeError, mavlink, ros};
 
 /// Settings that every process of a mission has.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
@@ -67,6 +67,9 @@ pub struct AgentSettings {
     /// The ROS 2 network of the vehicle.
     #[serde(default)]
     pub ros: Option<ros::settings::Settings>,
+    /// The autopilot of the vehicle, instead of a ROS 2 network.
+    #[serde(default)]
+    pub mavlink: Option<mavlink::settings::Settings>,
     /// A detector for the images of the vehicle's cameras.
     #[serde(default)]
     pub detector: Option<detector::Settings>,
@@ -75,6 +78,24 @@ pub struct AgentSettings {
 }
 
 /// A robot's vehicle, checked.
+#[derive(Clone, Debug)]
+pub enum OwnVehicle {
+    /// On a ROS 2 network.
+    Ros(Box<Body>),
+    /// Behind an autopilot.
+    Mavlink(Box<MavlinkBody>),
+}
+
+/// A vehicle behind an autopilot, checked.
+#[derive(Clone, Debug)]
+pub struct MavlinkBody {
+    /// Its autopilot.
+    pub mavlink: mavlink::settings::Checked,
+    /// Its pilot.
+    pub pilot: Pilot,
+}
+
+/// A vehicle on a ROS 2 network, checked.
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Its network.
@@ -194,41 +215,51 @@ impl AgentSettings {
     ///
     /// # Errors
     /// If a value is invalid, or vehicle, network and scenario do not match: with the key and the allowed values.
-    pub fn body(&self, file: &Path, scenario: &Scenario) -> Result<Option<Body>, RuntimeError> {
-        let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
-        let (vehicle, ros) = match (&self.vehicle, &self.ros) {
-            (None, None) if self.detector.is_some() => {
-                return Err(failed("[detector] needs a [vehicle]".to_owned()));
+    pub fn vehicle(&self, file: &Path, scenario: &Scenario) -> Result<Option<OwnVehicle>, RuntimeError> {
+        let failed =
+            |reason: &str| RuntimeError::Settings { file: file.to_owned(), reason: reason.to_owned() };
+        let own = match (&self.vehicle, &self.ros, &self.mavlink) {
+            (None, None, None) if self.detector.is_some() => {
+                return Err(failed("[detector] needs a [vehicle]"));
             }
-            (None, None) => return Ok(None),
-            (Some(vehicle), Some(ros)) => (vehicle, ros),
-            (Some(_), None) => return Err(failed("[vehicle] needs its network, [ros]".to_owned())),
-            (None, Some(_)) => return Err(failed("[ros] is the network of a [vehicle]".to_owned())),
+            (None, None, None) => return Ok(None),
+            (Some(_), None, None) => {
+                return Err(failed("[vehicle] needs its network, [ros], or its autopilot, [mavlink]"));
+            }
+            (Some(_), Some(_), Some(_)) => {
+                return Err(failed(
+                    "[ros] and [mavlink]: allowed is one of the two, which moves the vehicle",
+                ));
+            }
+            (None, Some(_), _) => return Err(failed("[ros] is the network of a [vehicle]")),
+            (None, None, Some(_)) => return Err(failed("[mavlink] is the autopilot of a [vehicle]")),
+            (Some(vehicle), Some(ros), None) => {
+                OwnVehicle::Ros(Box::new(self.ros_body(vehicle, ros, file, scenario)?))
+            }
+            (Some(vehicle), None, Some(mavlink)) => {
+                OwnVehicle::Mavlink(Box::new(self.mavlink_body(vehicle, mavlink, file, scenario)?))
+            }
         };
         if self.time == TimeSource::Simulator || self.common.real_time_factor.to_bits() != 1.0_f64.to_bits() {
             let reason = "a [vehicle] lives by the wall clock: allowed are time = 'wall' and common.real_time_factor = 1";
-            return Err(failed(reason.to_owned()));
+            return Err(failed(reason));
         }
+        Ok(Some(own))
+    }
+
+    fn ros_body(
+        &self,
+        vehicle: &VehicleSettings,
+        ros: &ros::settings::Settings,
+        file: &Path,
+        scenario: &Scenario,
+    ) -> Result<Body, RuntimeError> {
+        let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
         if ros.localization == ros::settings::Localization::Fix && scenario.georeference().is_none() {
             let reason = "ros.localization is 'fix', which needs a map with an origin on the earth";
             return Err(failed(reason.to_owned()));
         }
         self.check_cameras(vehicle, ros).map_err(failed)?;
-        let primitives = match &vehicle.motion {
-            MotionTable::Lattice { primitives: Some(named), .. } => {
-                let path = file.parent().unwrap_or(Path::new("")).join(named);
-                let reported = |error: std::io::Error| {
-                    failed(format!("vehicle.motion.primitives: {}: {error}", path.display()))
-                };
-                Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(reported)?)
-            }
-            MotionTable::Lattice { .. } | MotionTable::Goal {} => None,
-        };
-        let checked = vehicle.check(primitives.as_deref()).map_err(|error| failed(error.to_string()))?;
-        let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
-        let map = CostMap::from_terrain(&terrain, parts(&terrain));
-        let map = map.map_err(|error| failed(format!("vehicle: {error}")))?;
-        let pilot = Pilot::new(checked, terrain, sensor, &map).map_err(|error| failed(error.to_string()))?;
         let moved_by = match vehicle.motion {
             MotionTable::Lattice { .. } => OutputKind::Path,
             MotionTable::Goal {} => OutputKind::Goal,
@@ -237,7 +268,33 @@ impl AgentSettings {
             module: file.parent().unwrap_or(Path::new("")).join(&detector.module),
             ..detector
         });
-        Ok(Some(Body { ros: ros.check(file)?, pilot, moved_by, detector }))
+        Ok(Body { pilot: pilot(vehicle, file, scenario)?, ros: ros.check(file)?, moved_by, detector })
+    }
+
+    fn mavlink_body(
+        &self,
+        vehicle: &VehicleSettings,
+        mavlink: &mavlink::settings::Settings,
+        file: &Path,
+        scenario: &Scenario,
+    ) -> Result<MavlinkBody, RuntimeError> {
+        let failed =
+            |reason: &str| RuntimeError::Settings { file: file.to_owned(), reason: reason.to_owned() };
+        if self.detector.is_some() {
+            let reason = "[detector] needs the images of a ROS 2 network; beside [mavlink], detectors send what they \
+                          see to mavlink.detections.listen";
+            return Err(failed(reason));
+        }
+        if !matches!(vehicle.motion, MotionTable::Goal {}) {
+            let reason = "vehicle.motion.kind is 'lattice'; an autopilot goes to targets, allowed is 'goal'";
+            return Err(failed(reason));
+        }
+        let is_global = mavlink.position == mavlink::settings::PositionTable::Global;
+        if is_global && scenario.georeference().is_none() {
+            let reason = "mavlink.position is 'global', which needs a map with an origin on the earth";
+            return Err(failed(reason));
+        }
+        Ok(MavlinkBody { mavlink: mavlink.check(file)?, pilot: pilot(vehicle, file, scenario)? })
     }
 
     /// Checks that each camera of the network is one of the vehicle's, and has one detector.
@@ -271,6 +328,26 @@ impl AgentSettings {
         }
         Ok(())
     }
+}
+
+/// The pilot of a vehicle in a scenario.
+fn pilot(vehicle: &VehicleSettings, file: &Path, scenario: &Scenario) -> Result<Pilot, RuntimeError> {
+    let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
+    let primitives = match &vehicle.motion {
+        MotionTable::Lattice { primitives: Some(named), .. } => {
+            let path = file.parent().unwrap_or(Path::new("")).join(named);
+            let reported = |error: std::io::Error| {
+                failed(format!("vehicle.motion.primitives: {}: {error}", path.display()))
+            };
+            Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(reported)?)
+        }
+        MotionTable::Lattice { .. } | MotionTable::Goal {} => None,
+    };
+    let checked = vehicle.check(primitives.as_deref()).map_err(|error| failed(error.to_string()))?;
+    let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
+    let map = CostMap::from_terrain(&terrain, parts(&terrain));
+    let map = map.map_err(|error| failed(format!("vehicle: {error}")))?;
+    Pilot::new(checked, terrain, sensor, &map).map_err(|error| failed(error.to_string()))
 }
 
 impl Body {

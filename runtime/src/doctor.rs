@@ -2,6 +2,7 @@
 //!
 //! The checks change nothing and are not announced on the network, so they can run while the robot runs.
 
+mod autopilot;
 mod clocks;
 mod computer;
 mod ports;
@@ -12,7 +13,7 @@ use std::fmt;
 use std::path::Path;
 use std::time::Duration;
 
-use crate::config::{self, AgentSettings, Checked};
+use crate::config::{self, AgentSettings, Checked, OwnVehicle};
 use crate::journal::Subject;
 use crate::session;
 use crate::vehicle::detector::Make;
@@ -85,10 +86,10 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         Err(error) => return tell(Finding::fail("settings", error.to_string(), advice)),
     };
     let checked = config.common.check(file).and_then(|checked| {
-        let body = config.body(file, &checked.scenario)?;
-        Ok((checked, body))
+        let own = config.vehicle(file, &checked.scenario)?;
+        Ok((checked, own))
     });
-    let (Checked { mission, scenario }, body) = match checked {
+    let (Checked { mission, scenario }, own) = match checked {
         Ok(checked) => checked,
         Err(error) => return tell(Finding::fail("settings", error.to_string(), advice)),
     };
@@ -105,11 +106,13 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
     let (findings, resumed) = computer::journal(&journal, subject, runs_here, real_time_factor);
     findings.into_iter().for_each(&mut *tell);
     tell(computer::decisions(&agent_config));
-    if let Some(body) = &body {
+    if let Some(OwnVehicle::Ros(body)) = &own {
         computer::detector(body, file, make).into_iter().for_each(&mut *tell);
     }
-    if let (Some(body), Some(vehicle)) = (&body, &config.vehicle) {
+    if let Some(vehicle) = &config.vehicle {
         tell(computer::speed(vehicle.speed_meters_per_second, &scenario));
+    }
+    if let Some(OwnVehicle::Ros(body)) = &own {
         vehicle::cameras(body).into_iter().for_each(&mut *tell);
     }
     let mut endpoints = config.common.zenoh.clone().named_in(file);
@@ -125,8 +128,12 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
     let member = team::Member { mission, robot, scenario: &scenario, runs_here, resumed, real_time_factor };
     let networks = async {
         team::examine(&endpoints, &member, listen, tell).await;
-        if let Some(body) = body {
-            vehicle::examine(body, &scenario, listen, tell).await;
+        match own {
+            Some(OwnVehicle::Ros(body)) => vehicle::examine(*body, &scenario, listen, tell).await,
+            Some(OwnVehicle::Mavlink(body)) => {
+                autopilot::examine(&body.mavlink, runs_here, listen, tell).await;
+            }
+            None => {}
         }
         Ok(())
     };

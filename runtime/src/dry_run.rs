@@ -21,7 +21,7 @@ use dragnet_search::evidence::Reading;
 use dragnet_search::terrain::Terrain;
 
 use crate::RuntimeError;
-use crate::config::{self, AgentSettings};
+use crate::config::{self, AgentSettings, OwnVehicle};
 use crate::ros::incoming::Incoming;
 use crate::ros::settings::Checked;
 use crate::vehicle::detector::{Detector, Make};
@@ -131,7 +131,7 @@ pub fn run(
     let config: AgentSettings = config::load(file)?;
     let scenario = config.common.check(file)?.scenario;
     let agent_config = config.agent_config(file, &scenario)?;
-    let Some(body) = config.body(file, &scenario)? else {
+    let Some(OwnVehicle::Ros(body)) = config.vehicle(file, &scenario)? else {
         let reason = "a dry run needs the vehicle whose network was recorded: [vehicle] and [ros]";
         return Err(RuntimeError::Settings { file: file.to_owned(), reason: reason.to_owned() });
     };

@@ -79,6 +79,9 @@ pub enum RuntimeError {
         /// Its recording.
         recording: Option<PathBuf>,
     },
+    /// An address for an autopilot or its detectors cannot be used.
+    #[error("{0}")]
+    Mavlink(String),
     /// The scenario asks for something that this mode does not support.
     #[error("{0}")]
     Unsupported(String),
@@ -108,6 +111,7 @@ impl RuntimeError {
             Self::Settings { .. }
                 | Self::SettingsText { .. }
                 | Self::Open { .. }
+                | Self::Mavlink(_)
                 | Self::Unsupported(_)
                 | Self::Journal(
                     JournalError::Foreign { .. }

@@ -11,6 +11,7 @@
 //! - [`progress`]: warnings of a robot that nothing moves;
 //! - [`lockstep`], [`remote_participants`]: participants driven by the simulator, event by event, over the same messages;
 //! - [`ros`], [`vehicle`]: a robot's ROS 2 network, and its vehicle on it; [`dry_run`]: the same on a recording;
+//! - [`mavlink`]: a vehicle behind an autopilot that speaks MAVLink;
 //! - [`doctor`]: checks of a robot's settings and surroundings;
 //! - [`stop`]: signals that end a process; [`relay`]: emulates a bad link, for tests;
 //! - [`world`]: the simulator for participants driven by the wall clock;
@@ -23,6 +24,7 @@ pub mod dry_run;
 pub mod journal;
 pub mod link;
 pub mod lockstep;
+pub mod mavlink;
 #[cfg(test)]
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;

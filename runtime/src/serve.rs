@@ -19,7 +19,7 @@ use dragnet_sim::simulation::StepObserver;
 use tokio::sync::mpsc;
 
 use crate::clock::Clock;
-use crate::config::{self, AgentSettings, Body, Checked, CoordinatorSettings, SimSettings, TimeSource};
+use crate::config::{self, AgentSettings, Checked, CoordinatorSettings, OwnVehicle, SimSettings, TimeSource};
 use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::lockstep::LockstepNode;
@@ -31,7 +31,7 @@ use crate::team::{self, Options};
 use crate::vehicle::{self, Embodied, detector};
 use crate::wall_clock::{self, Reports};
 use crate::world::{self, WorldServer};
-use crate::{RuntimeError, unix_time};
+use crate::{RuntimeError, mavlink, unix_time};
 
 /// Which of several processes of one robot continues; the others stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,8 +51,11 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
     config.common.zenoh = config.common.zenoh.named_in(file);
     let Checked { mission, scenario } = config.common.check(file)?;
     let agent_config = config.agent_config(file, &scenario)?;
-    let body = config.body(file, &scenario)?;
-    let detector = body.as_ref().map(|body| body.make_detector(file, make)).transpose()?.flatten();
+    let vehicle = config.vehicle(file, &scenario)?;
+    let detector = match &vehicle {
+        Some(OwnVehicle::Ros(body)) => body.make_detector(file, make)?,
+        Some(OwnVehicle::Mavlink(_)) | None => None,
+    };
     let robot = agent_config.robot.id;
     let participant = Participant::Robot(robot);
     let mut agent = Agent::new(agent_config);
@@ -90,7 +93,7 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             if precedence == Precedence::First {
                 link.take_over();
             }
-            let Some(body) = body else {
+            let Some(vehicle) = vehicle else {
                 let readings = world::sensor(&link, robot, codec).await?;
                 let factor = config.common.real_time_factor;
                 let reports = Reports::of(readings, Expected::of(Mover::Simulator, &scenario, factor));
@@ -100,7 +103,9 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
                     .map(|_| ());
             };
             enter(&mut link, &config.common.zenoh).await?;
-            Own { body, detector, scenario }.search(&mut link, agent, clock.listening(), journal, stop).await
+            Own { vehicle, detector, scenario }
+                .search(&mut link, agent, clock.listening(), journal, stop)
+                .await
         };
         leaving(&session, Box::pin(searching)).await
     })
@@ -115,7 +120,7 @@ async fn enter(link: &mut Link, endpoints: &Endpoints) -> Result<(), RuntimeErro
 
 /// A robot's own vehicle, with its requirements.
 struct Own {
-    body: Body,
+    vehicle: OwnVehicle,
     detector: Option<Box<dyn detector::Detector>>,
     scenario: Scenario,
 }
@@ -130,14 +135,21 @@ impl Own {
         journal: Journal,
         stop: impl Future<Output = ()>,
     ) -> Result<(), RuntimeError> {
-        let Self { body, detector, scenario } = self;
+        let Self { vehicle, detector, scenario } = self;
         let (mut machine, agent_config) = Embodied::new(agent);
         let (sender, reports) = mpsc::channel(REPORTS);
         // A vehicle has its own time: the mission's may be set forward, which must not look like a silent camera.
         let time = Clock::new(1.0).at(MissionTime::START);
         let reports = Reports::of(reports, Expected::of(Mover::Vehicle, &scenario, 1.0));
         let mut vehicle = tokio::spawn(async move {
-            vehicle::serve::serve(body, &scenario, time, detector, agent_config, sender).await
+            match vehicle {
+                OwnVehicle::Ros(body) => {
+                    vehicle::serve::serve(*body, &scenario, time, detector, agent_config, sender).await
+                }
+                OwnVehicle::Mavlink(body) => {
+                    mavlink::serve::serve(*body, &scenario, time, agent_config, sender).await
+                }
+            }
         });
         let mut broken = None;
         let stop = async {

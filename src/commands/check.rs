@@ -60,7 +60,7 @@ fn check(path: &Path) -> Result<String, String> {
         Kind::Agent => config::load::<AgentSettings>(path).and_then(|settings| {
             let checked = settings.common.check(path)?;
             settings.agent_config(path, &checked.scenario)?;
-            settings.body(path, &checked.scenario)?;
+            settings.vehicle(path, &checked.scenario)?;
             Ok(format!(
                 "robot {} of {} in mission {}",
                 settings.robot,

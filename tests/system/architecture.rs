@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the workspace's crates that it may import.
-const ARROWS: [(&str, &[&str]); 22] = [
+const ARROWS: [(&str, &[&str]); 23] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
     ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
@@ -34,6 +34,7 @@ const ARROWS: [(&str, &[&str]); 22] = [
     ("dragnet-lattice", &["dragnet-search"]),
     ("dragnet-vehicle", &["dragnet-search", "dragnet-lattice"]),
     ("dragnet-detector", &["dragnet-lattice", "dragnet-vehicle"]),
+    ("dragnet-mavlink", &["dragnet-vehicle"]),
     ("dragnet-export", &["dragnet-search", "dragnet-scenario", "dragnet-proto", "dragnet-coordinator"]),
     (
         "dragnet-experiments",
@@ -73,6 +74,7 @@ const ARROWS: [(&str, &[&str]); 22] = [
             "dragnet-live",
             "dragnet-lattice",
             "dragnet-vehicle",
+            "dragnet-mavlink",
         ],
     ),
     ("tls-listener", &[]),
@@ -113,7 +115,7 @@ const ARROWS: [(&str, &[&str]); 22] = [
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 11] = [
+const EDGES: [(&str, &[&str]); 12] = [
     ("zenoh", &["dragnet-runtime"]),
     ("tokio", &["dragnet-runtime", "dragnet-live", "tls-listener"]),
     ("axum", &["dragnet-live"]),
@@ -125,6 +127,7 @@ const EDGES: [(&str, &[&str]); 11] = [
     ("tch", &["dragnet-train", "dragnet-detector"]),
     ("pyo3", &["dragnet-python"]),
     ("numpy", &["dragnet-python"]),
+    ("mavlink", &["dragnet-mavlink"]),
 ];
 
 /// libtorch and its bindings, which only training and the detector need.

@@ -13,7 +13,7 @@ use crate::field::DRAGNET;
 
 /// Ordinary words of software and robotics that need no entry.
 const ORDINARY: &str = "about acceleration agent agnostic alarms alive arrays attached batch calibrate choice class classes \
-    common compare completions compressed confidence correlation cpu csv decide demonstrate detect doctor domain doubled dry \
+    common compare completions compressed confidence connection correlation cpu csv decide demonstrate detect doctor domain doubled dry \
     epochs error every explore export false format frame fusion gate goal goals height help hidden inspect into json kind \
     kinds latitude learning live load longitude markdown merge minutes miss module namespace next node odometry patience \
     period pitch placement plot print priorities processes publish rate recover relay replan replay reset resolution reverse \

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod architecture;
+mod autopilot;
 mod clocks;
 mod decisions;
 mod deploy;

@@ -90,6 +90,7 @@ impl Brief<'_> {
             journal: None,
             vehicle: None,
             ros: None,
+            mavlink: None,
             detector: None,
             common,
         };

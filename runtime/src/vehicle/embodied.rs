@@ -17,8 +17,8 @@ use super::SHOW;
 /// An agent's outputs for its vehicle.
 #[derive(Debug)]
 pub struct AgentOutputs {
-    pub(super) routes: mpsc::UnboundedReceiver<Vec<Cell>>,
-    pub(super) beliefs: watch::Receiver<Arc<Belief>>,
+    pub(crate) routes: mpsc::UnboundedReceiver<Vec<Cell>>,
+    pub(crate) beliefs: watch::Receiver<Arc<Belief>>,
 }
 
 /// An agent with the channels to its vehicle.

@@ -8,7 +8,7 @@ use dragnet_ros2::output::{Level, ObjectEstimate, PlanarEstimate};
 use dragnet_search::cell::Position;
 
 use super::*;
-use crate::config::AgentSettings;
+use crate::config::{AgentSettings, OwnVehicle};
 use crate::mentions::assert_mentions;
 
 const PATIENT: &str = "safety = { pose_timeout_seconds = 60.0, camera_timeout_seconds = 60.0 }";
@@ -30,7 +30,8 @@ fn vehicle_with(motion: &str, safety: &str, stamps: &str) -> (Vehicle, Scenario)
          [ros]\ntransport = 'bridge'\nlocalization = 'odometry'\nodometry_frame = 'map'\nstamps = '{stamps}'\n"
     );
     let config: AgentSettings = toml::from_str(&settings).unwrap();
-    let body = config.body(Path::new("vehicle.toml"), &scenario).unwrap().unwrap();
+    let own = config.vehicle(Path::new("vehicle.toml"), &scenario).unwrap();
+    let Some(OwnVehicle::Ros(body)) = own else { panic!("{own:?}") };
     (Vehicle::new(body.pilot, &body.ros, &scenario), scenario)
 }
 
