@@ -95,7 +95,7 @@ mod tests {
         assert_eq!(degrees(&ahead, [500.0, 0.0], [90.0, 0.0]), Some(-31.0));
         assert_eq!(degrees(&ahead, [0.0, 300.0], [90.0, 0.0]), Some(0.0));
         // A camera to the left: the nose up is its image turned.
-        assert_eq!(degrees(&camera(90.0, 0.0), [500.0, 0.0], [0.0, 90.0]), Some(149.0));
+        assert_eq!(degrees(&camera(90.0, 0.0), [500.0, 0.0], [0.0, 90.0]), Some(121.0));
         // What a pitched camera shows at its edge is farther to the side the lower it is.
         assert_eq!(degrees(&camera(0.0, 45.0), [0.0, 300.0], [0.0, 0.0]), Some(55.0));
         assert_eq!(degrees(&ahead, [0.0, 300.0], [0.0, -45.0]), Some(55.0));
