@@ -11,7 +11,7 @@ use dragnet_search::cell::Grid;
 use dragnet_search::terrain::{Ground, Terrain};
 use geo::coordinate_position::CoordPos;
 use geo::dimensions::Dimensions;
-use geo::{BoundingRect, Intersects, MapCoords, MultiPolygon, Polygon, Relate};
+use geo::{Area, BooleanOps, BoundingRect, Intersects, MapCoords, MultiPolygon, Polygon, Relate};
 
 use super::areas::{Areas, Purpose, rings};
 use super::georeference::{GeoPoint, Georeference};
@@ -21,6 +21,8 @@ use super::{MapFile, MapFileError, MapOrigin};
 
 /// Half a cell, less rounding.
 const OPEN_SHARE: f64 = 0.5 - 1e-9;
+/// Share of the smaller of two search areas that may also lie in the other: corners of neighbors that are rounded.
+const ROUNDED_SHARE: f64 = 1e-3;
 
 /// Converts areas to cells of an edge in meters; messages name the file.
 pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile, MapFileError> {
@@ -73,13 +75,15 @@ impl<'a> Searched<'a> {
         }
     }
 
-    /// Two polygons that share more than a border, the later one first.
+    /// Two polygons that share more than a border and what rounding adds to it, the later one first.
     fn overlapping_pair(&self) -> Option<(&str, &str)> {
         let boxes: Vec<_> = self.polygons.iter().map(|(_, polygon)| polygon.bounding_rect()).collect();
         let overlap = |a: usize, b: usize| {
             let is_near = boxes[a].zip(boxes[b]).is_some_and(|(a, b)| a.intersects(&b));
             let relation = || self.polygons[a].1.relate(self.polygons[b].1);
-            is_near && relation().get(CoordPos::Inside, CoordPos::Inside) == Dimensions::TwoDimensional
+            is_near
+                && relation().get(CoordPos::Inside, CoordPos::Inside) == Dimensions::TwoDimensional
+                && shared_share(self.polygons[a].1, self.polygons[b].1) > ROUNDED_SHARE
         };
         let count = self.polygons.len();
         (0..count)
@@ -121,6 +125,11 @@ impl<'a> Searched<'a> {
         let most = meters.fold((0.0_f64, 0.0_f64), |most, at| (most.0.max(at.0), most.1.max(at.1)));
         (most.0 / cell_meters, most.1 / cell_meters)
     }
+}
+
+/// The share of the smaller polygon that lies in the other, too.
+fn shared_share(a: &Polygon<f64>, b: &Polygon<f64>) -> f64 {
+    a.intersection(b).unsigned_area() / a.unsigned_area().min(b.unsigned_area())
 }
 
 /// Whether robots may enter each cell, shape `[cells]`.

@@ -57,6 +57,12 @@ fn features_and_collections_are_one_area() {
     let expected = Terrain::from_ascii(".##.", 10.0).unwrap();
     assert_eq!(read(&collection, 10.0).unwrap().terrain, expected);
     assert_eq!(read(&feature(5.0), 10.0).unwrap().terrain, Terrain::from_ascii(".", 10.0).unwrap());
+    // Neighbors whose common corners are rounded, and two that overlap by a hundredth.
+    let pair = |west: f64| {
+        format!(r#"{{"type":"FeatureCollection","features":[{},{}]}}"#, feature(0.0), feature(west))
+    };
+    assert_eq!(read(&pair(9.995), 10.0).unwrap().terrain, Terrain::from_ascii("..", 10.0).unwrap());
+    assert_mentions(&read(&pair(9.9), 10.0).unwrap_err(), "allowed is search areas that share no ground");
 }
 
 #[test]
