@@ -120,6 +120,13 @@ impl Desk {
         state["forecast"] = self.forecasts.state();
         state
     }
+
+    /// The same after a request, with what was done.
+    fn state_with(&self, message: &str) -> Value {
+        let mut state = self.state();
+        state["message"] = json!(message);
+        state
+    }
 }
 
 /// A request that is not fulfilled, and why.
@@ -223,13 +230,10 @@ async fn import(
     body: String,
 ) -> Result<Json<Value>, Refused> {
     at_leisure(desk, &headers, move |desk| {
-        let import::Import { revision, mut plan, message } =
+        let import::Import { revision, plan, message } =
             import::import(parsed(&body)?, |revision| desk.draft().plan_at(revision).cloned())?;
-        plan = plan.settled();
         desk.draft().replace(revision, Draft::reviewed(plan))?;
-        let mut state = desk.state();
-        state["message"] = json!(message);
-        Ok(state)
+        Ok(desk.state_with(&message))
     })
     .await
 }
@@ -286,9 +290,7 @@ async fn save(
     at_leisure(desk, &headers, move |desk| {
         let Save { revision, overwrite } = parsed(&body)?;
         let message = desk.draft().save(revision, &desk.folder, overwrite)?;
-        let mut state = desk.state();
-        state["message"] = json!(message);
-        Ok(state)
+        Ok(desk.state_with(&message))
     })
     .await
 }
