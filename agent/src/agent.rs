@@ -27,6 +27,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::heartbeat::HeartbeatSchedule;
+use crate::sightings::Sightings;
 use crate::team::{Patience, Team, View};
 
 /// The configuration of a robot.
@@ -140,8 +141,8 @@ pub struct Agent {
     decided: MissionTime,
     /// Whether a teammate's plan arrived late: made before this robot's, and unknown when it decided.
     is_overtaken: bool,
-    /// Whether its last observation contains an undecided reading.
-    is_undecided: bool,
+    /// Where vehicles have detected objects that they could not assign to a cell yet.
+    sightings: Sightings,
     /// Waypoints chosen.
     decisions: u64,
     /// Plans made, including decisions to rest: the number of the next one.
@@ -204,7 +205,7 @@ impl Agent {
             entered: 0,
             decided: MissionTime::START,
             is_overtaken: false,
-            is_undecided: false,
+            sightings: Sightings::default(),
             decisions: 0,
             plans: 0,
             recalled: None,
@@ -370,7 +371,6 @@ impl Agent {
             return;
         }
         self.observations += 1;
-        self.is_undecided = observation.readings.iter().any(Reading::is_undecided);
         self.count(&observation);
         effects.kept.push(Arc::clone(&observation));
         effects.published.push((Audience::All, Message::Observation(observation)));
@@ -378,6 +378,10 @@ impl Agent {
 
     /// The robot may be off its plan, which is then discarded.
     fn move_to(&mut self, cell: Cell) {
+        if self.cell == Some(cell) && !self.plan.is_empty() {
+            // A vehicle reports what it has found in the cell that it leaves.
+            return;
+        }
         if let Some(before) = self.cell
             && before != cell
         {
@@ -400,6 +404,7 @@ impl Agent {
         for reading in &observation.readings {
             self.belief.add(reading);
         }
+        self.sightings.add(&observation.readings);
     }
 
     fn meters(&self, from: Cell, to: Cell) -> f64 {
@@ -504,14 +509,13 @@ impl Agent {
         self.config.mission.remaining_meters(self.path_meters, elapsed) / self.config.terrain.cell_meters()
     }
 
-    /// Whether the expected number of remaining objects is low enough to end the search. A robot with an undecided
-    /// reading is not done.
+    /// Whether the expected number of remaining objects, with those sighted, is low enough to end the search.
     fn is_cleared(&self) -> bool {
-        !self.is_undecided
-            && self.config.mission.stop_when_expected_remaining.is_some_and(|threshold| {
-                let AgentConfig { terrain, mission, .. } = &self.config;
-                self.belief.expects_at_most(terrain, &self.reach, mission.detection_threshold, threshold)
-            })
+        self.config.mission.stop_when_expected_remaining.is_some_and(|threshold| {
+            let AgentConfig { terrain, mission, .. } = &self.config;
+            let belief = self.sightings.added_to(&self.belief);
+            belief.expects_at_most(terrain, &self.reach, mission.detection_threshold, threshold)
+        })
     }
 
     /// A waiting robot decides again when a plan or an observation has changed: in its turn, so that it knows the new
@@ -594,11 +598,12 @@ impl Agent {
         planned_precision: &PlannedPrecision,
         robot: Cell,
     ) -> Decision {
+        let belief = self.sightings.added_to(&self.belief);
         let situation = Situation {
             terrain: &self.config.terrain,
             connectivity: self.config.connectivity,
             sensor: &self.config.sensor,
-            belief: &self.belief,
+            belief: &belief,
             planned_precision,
             robot,
             place: self.config.place,

@@ -37,7 +37,7 @@ pub struct Reading {
 
 impl Reading {
     /// A reading that favors neither an object nor an empty cell, for a cell that a detection may belong to instead of
-    /// a neighbor. A robot whose last observation contains one continues to observe there.
+    /// a neighbor. Robots plan and end their searches as if an object were there, until it is seen to be empty.
     #[must_use]
     pub const fn undecided(cell: Cell) -> Self {
         Self { cell, value: UNDECIDED, variance: MAX_VARIANCE }

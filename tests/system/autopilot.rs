@@ -21,7 +21,7 @@ fn scenario() -> String {
         "name = \"site\"\n[map]\nshape = \"all_traversable\"\nrows = {SIDE}\ncolumns = {SIDE}\ncell_meters = {CELL_METERS:?}\n\
          origin = {{ latitude_degrees = {latitude:?}, longitude_degrees = {longitude:?} }}\n[objects]\ncount = 1\n[sensor]\n\
          radius = 2\n[robots]\ncount = 1\npolicy = \"path\"\n[mission]\nbudget_seconds = 36000.0\n\
-         speed_meters_per_second = 20.0\n"
+         speed_meters_per_second = 20.0\nstop_when_expected_remaining = 0.005\n"
     )
 }
 
@@ -62,7 +62,8 @@ fn a_robot_steers_an_autopilot_until_the_search_is_done_and_yields_whenever_it_m
     let log = folder.path().join("log");
     let robot = Process::start_logged(Command::new(DRAGNET).args(["agent", "--config"]).arg(&file), &log);
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let object_meters = 5.5 * CELL_METERS;
+    // In the corner of the map, which is searched last.
+    let object_meters = (f64::from(SIDE) - 0.5) * CELL_METERS;
     let numbers = [CORNER_DEGREES[0], CORNER_DEGREES[1], object_meters, object_meters, 0.2];
     let mut autopilot = Command::new(interpreter(workspace))
         .arg(workspace.join("tests/python/autopilot.py"))

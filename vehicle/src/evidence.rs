@@ -7,12 +7,13 @@
 //! - **0, empty**, where no track can be ([`finds::NEGLIGIBLE`]): with the evidence of all frames so far, over the
 //!   parts of the cell that were in view;
 //! - **1, an object**, where a track is assigned to the cell ([`finds`]): [`OBJECT_NATS`] over all observations;
-//! - **one half** ([`Reading::undecided`]), which is no evidence, where a confirmed track may be that is not assigned
-//!   to a cell yet: the agent does not rest while its last observation contains one. Earlier evidence of such a cell's
-//!   being empty is withdrawn, and frames do not count for it meanwhile;
+//! - **one half** ([`Reading::undecided`]), which is no evidence, where a confirmed track is likely that is not assigned to a
+//!   cell yet: agents come back to such a cell. Earlier evidence of its being empty is withdrawn, and frames do not count
+//!   for it meanwhile;
 //! - **no reading** where a tentative track may be, which may be a false alarm; its frames count when that is known.
 //!
-//! A vehicle that stands still publishes further observations, of objects only ([`objects`]).
+//! A vehicle that stands still publishes further observations, of objects only ([`objects`]), and so does one that enters the
+//! next cell, of what is out of its sight there.
 //!
 //! A reading is never more precise than the sensor model, `value = theta + N(0, v(d))`: `d` is the distance from the
 //! vehicle's cell, or from where the cell was observed, whichever is larger.
@@ -39,8 +40,8 @@ use finds::Finds;
 pub const OBJECT_NATS: f64 = 20.0;
 /// Smaller evidence is not published, nats.
 const LEAST_NATS: f64 = 0.02;
-/// Probability of a confirmed unassigned track in a cell from which earlier evidence of its being empty is withdrawn.
-const TAKE_BACK: f64 = 0.02;
+/// Probability of a confirmed unassigned track from which its cell is undecided; the likeliest one is in any case.
+const LIKELY: f64 = 0.02;
 
 /// The readings of an observation.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,6 +135,13 @@ pub fn objects(
         readings.extend(cell.and_then(|cell| read_object(cell, place, finds, accounts)));
     }
     Seen { from, readings: undecided(readings, terrain, sensor, from, finds, accounts) }
+}
+
+/// Cells with a find that is not fully published, and those of confirmed tracks that are not assigned to a cell.
+pub fn unpublished<'a>(finds: &'a Finds, accounts: &'a Accounts) -> impl Iterator<Item = Cell> + 'a {
+    let is_unpublished = |cell: &Cell| OBJECT_NATS - accounts.object_nats(*cell) >= LEAST_NATS;
+    let found = finds.iter().map(|find| find.cell).filter(is_unpublished);
+    found.chain(finds.open.iter().filter(|&(_, &probability)| probability >= LIKELY).map(|(&cell, _)| cell))
 }
 
 /// Whether a confirmed track is assigned to a cell, or may be in it.
@@ -235,9 +243,11 @@ fn undecided(
     };
     let mut open: Vec<(Cell, f64, f32)> = sensor.footprint().iter().filter_map(open).collect();
     open.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-    for (index, &(cell, probability, variance)) in open.iter().enumerate() {
+    let least = open.last().map_or(0.0, |&(_, most, _)| LIKELY.min(most));
+    let likely = open.into_iter().filter(|&(_, probability, _)| probability >= least);
+    for (index, (cell, _, variance)) in likely.enumerate() {
         let account = accounts.of(cell);
-        let reported = if index > 0 && probability >= TAKE_BACK { account.empty } else { 0.0 };
+        let reported = if index > 0 { account.empty } else { 0.0 };
         match reading(cell, 1.0, reported, variance) {
             Some((reading, told_nats)) => {
                 account.publish_object(told_nats);

@@ -325,6 +325,7 @@ impl Pilot {
             }
         };
         if self.is_worth_reporting(now_ns, cell) {
+            actions.extend(self.farewell(cell));
             // The pose was checked above.
             if let Ok(seen) = self.observation(cell, &pose) {
                 self.reported = Some((cell, now_ns));
@@ -333,6 +334,13 @@ impl Pilot {
         } else if let Some(seen) = self.news(now_ns) {
             actions.push(Action::Sensed { cell: seen.from, readings: seen.readings });
         }
+    }
+
+    /// What was found too late for the report of the last cell, and is out of sight from this one.
+    fn farewell(&mut self, cell: Cell) -> Option<Action> {
+        let (from, _) = self.reported.filter(|&(reported, _)| reported != cell)?;
+        let seen = self.perception.farewell(&self.terrain, &self.sensor, from, cell)?;
+        Some(Action::Sensed { cell: from, readings: seen.readings })
     }
 
     /// Repeating the request from the same cell is not an observation from another one.

@@ -113,6 +113,11 @@ impl Accounts {
         self.cells.contains_key(&cell)
     }
 
+    /// Published evidence of an object in a cell, nats.
+    pub(super) fn object_nats(&self, cell: Cell) -> f64 {
+        self.cells.get(&cell).map_or(0.0, |account| account.object)
+    }
+
     /// Number of cells with an account.
     #[must_use]
     pub fn cell_count(&self) -> usize {

@@ -24,10 +24,14 @@ const SURE_NATS: f64 = 20.0;
 const LEFT: f64 = 0.01;
 /// Standard deviation up to which a position is known well enough, meters,
 const GOOD_METERS: f64 = 0.2;
-/// or share of a cell, once the track has not been detected for this time, seconds, and its position will hardly
-/// improve.
+/// or share of a cell, once its position will hardly improve: the track has not been detected for this time, seconds,
 const PASSED_SHARE: f64 = 0.25;
 const PASSED_SECONDS: f64 = 5.0;
+/// its standard deviation is no more than this multiple of the part that no bearings reduce,
+const FINAL_SHARE: f64 = 2.0;
+/// or detections for this time, seconds, have not reduced it to this share.
+const PATIENCE_SECONDS: f64 = 10.0;
+const IMPROVED_SHARE: f64 = 0.9;
 /// Distance, in standard deviations of both, up to which two tracks are of the same object.
 const SAME: f64 = 3.0;
 
@@ -58,6 +62,9 @@ pub struct Finds {
     pub(super) left: BTreeSet<Cell>,
     /// Cells in which the team has declared objects.
     declared: BTreeSet<Cell>,
+    /// Of each confirmed track, its standard deviation when it last became clearly smaller, meters, and the time of its
+    /// last detection then.
+    improved: BTreeMap<TrackId, (f64, u64)>,
 }
 
 impl Finds {
@@ -93,6 +100,7 @@ impl Finds {
                 self.doubtful.extend(likely.map(|(&cell, _)| cell));
                 continue;
             }
+            self.note_improvement(track);
             let before = self.by_track.get(&track.id()).map(|find| find.cell);
             let kept = before.filter(|cell| cells.get(cell).is_some_and(|&probability| probability >= LEFT));
             if let Some(cell) = kept.or_else(|| self.cell_of(track, &cells, tracks, now_ns, terrain)) {
@@ -103,13 +111,34 @@ impl Finds {
                 self.by_track.remove(&track.id());
                 self.left.insert(cell);
             }
-            for (&cell, &probability) in likely.filter(|&(&cell, _)| terrain.is_searched(cell)) {
+            if is_elsewhere(&cells) && self.is_final(track, now_ns) {
+                continue;
+            }
+            for (&cell, &probability) in likely {
                 let most = self.open.entry(cell).or_insert(0.0);
                 *most = most.max(probability);
             }
         }
         let taken: BTreeSet<Cell> = self.by_track.values().map(|find| find.cell).collect();
         self.left.retain(|cell| !taken.contains(cell));
+        self.improved.retain(|&id, _| tracks.iter().any(|track| track.id() == id));
+    }
+
+    fn note_improvement(&mut self, track: &Track) {
+        let std_meters = std_meters(track);
+        let (best_meters, seen_ns) = self.improved.entry(track.id()).or_insert((f64::INFINITY, 0));
+        if std_meters < IMPROVED_SHARE * *best_meters {
+            (*best_meters, *seen_ns) = (std_meters, track.seen_ns());
+        }
+    }
+
+    /// Whether a track's position will hardly improve.
+    fn is_final(&self, track: &Track, now_ns: u64) -> bool {
+        let is_idle =
+            |&(_, seen_ns): &(f64, u64)| seconds_between(seen_ns, track.seen_ns()) > PATIENCE_SECONDS;
+        seconds_between(track.seen_ns(), now_ns) > PASSED_SECONDS
+            || std_meters(track) <= FINAL_SHARE * track.lasting_std_meters()
+            || self.improved.get(&track.id()).is_some_and(is_idle)
     }
 
     fn place(&mut self, track: &Track, cell: Cell, before: Option<Cell>, tracks: &[Track]) {
@@ -137,17 +166,15 @@ impl Finds {
         now_ns: u64,
         terrain: &Terrain,
     ) -> Option<Cell> {
-        let (cell, probability) = likeliest(cells, |cell, _| terrain.is_searched(cell))?;
-        let covariance = track.position_covariance();
-        let std_meters = covariance.symmetric_eigenvalues().max().max(0.0).sqrt();
-        let edge_meters = terrain.cell_meters();
-        let has_passed = seconds_between(track.seen_ns(), now_ns) > PASSED_SECONDS;
+        let (cell, probability) = likeliest(cells, |_, _| true)?;
+        let std_meters = std_meters(track);
         let is_known = probability >= CERTAIN
             || std_meters <= GOOD_METERS
-            || (has_passed && std_meters <= PASSED_SHARE * edge_meters);
-        if !is_known || track.score_nats() < SURE_NATS {
+            || (self.is_final(track, now_ns) && std_meters <= PASSED_SHARE * terrain.cell_meters());
+        if !is_known || is_elsewhere(cells) || track.score_nats() < SURE_NATS {
             return None;
         }
+        let covariance = track.position_covariance();
         let twin = self.by_track.values().find(|find| {
             let offset = find.position_meters - track.position_meters();
             let both = (find.position_covariance + covariance).cholesky();
@@ -180,6 +207,16 @@ impl Finds {
         };
         likeliest(cells, is_shared).map(|(cell, _)| cell)
     }
+}
+
+/// Standard deviation of a track's position in its most uncertain direction, meters.
+fn std_meters(track: &Track) -> f64 {
+    track.position_covariance().symmetric_eigenvalues().max().max(0.0).sqrt()
+}
+
+/// Whether an object is rather outside of the searched cells.
+fn is_elsewhere(cells: &BTreeMap<Cell, f64>) -> bool {
+    cells.values().sum::<f64>() < 0.5
 }
 
 /// The likeliest of the cells that are allowed, with its probability; of equal ones the first.

@@ -17,6 +17,8 @@ const POINTS: u32 = 512;
 /// And if there are many narrow ones.
 const FEW_POINTS: u32 = 96;
 const FEW_MEMBERS: usize = 8;
+/// Prior odds of an object outside of the search area, relative to one inside.
+const ELSEWHERE: f64 = 0.01;
 const GOLDEN_ANGLE_RADIANS: f64 = 2.399_963_229_728_653;
 
 /// The cell at meters east and north of the map's corner, if it is on the map.
@@ -37,8 +39,21 @@ fn sunflower(count: u32) -> Vec<Vector2<f64>> {
     (0..count).map(point).collect()
 }
 
-/// The probability that a track's object is in each cell; the part beyond the map is ignored.
+/// The probability that a track's object is in each searched cell. An object elsewhere is [`ELSEWHERE`] times as likely as
+/// the track alone says: what is searched for is in the search area, and what is detected outside is something else.
 pub(super) fn over_cells(track: &Track, terrain: &Terrain) -> BTreeMap<Cell, f64> {
+    let mut cells = over_map(track, terrain);
+    cells.retain(|&cell, _| terrain.is_searched(cell));
+    let inside: f64 = cells.values().sum();
+    let all = inside + ELSEWHERE * (1.0 - inside).max(0.0);
+    for probability in cells.values_mut() {
+        *probability /= all;
+    }
+    cells
+}
+
+/// The distribution of a track over the cells of the map.
+fn over_map(track: &Track, terrain: &Terrain) -> BTreeMap<Cell, f64> {
     let members = track.mixture().members();
     let count = if members.len() > FEW_MEMBERS { FEW_POINTS } else { POINTS };
     let sunflower = sunflower(count);

@@ -264,6 +264,25 @@ impl Perception {
         (seen, is_news)
     }
 
+    /// The last readings from the cell that the vehicle leaves, if an object that it does not see from the next one is
+    /// not published yet.
+    pub(super) fn farewell(
+        &mut self,
+        terrain: &Terrain,
+        sensor: &Sensor,
+        from: Cell,
+        to: Cell,
+    ) -> Option<Seen> {
+        self.place_tracks(terrain);
+        let is_out_of_sight = |cell| terrain.grid().manhattan(to, cell) > sensor.radius();
+        let Self { finds, accounts, .. } = self;
+        if !evidence::unpublished(finds, accounts).any(is_out_of_sight) {
+            return None;
+        }
+        let seen = evidence::objects(terrain, sensor, from, finds, accounts);
+        (!seen.readings.is_empty()).then_some(seen)
+    }
+
     fn place_tracks(&mut self, terrain: &Terrain) {
         let latest_ns = self.tracker.latest_ns().unwrap_or(0);
         self.finds.update(self.tracker.tracks(), latest_ns, terrain);
