@@ -176,7 +176,9 @@ impl Search {
         for action in self.pilot.handle(self.now_ns, event) {
             match action {
                 Action::Sensed { cell, readings } => {
-                    readings.iter().for_each(|reading| self.belief.add(reading));
+                    for reading in &readings {
+                        self.belief.add(reading);
+                    }
                     self.tell(Event::Sensed { cell, readings });
                 }
                 Action::Go(pose) => self.goal = pose.position_meters(),
