@@ -288,10 +288,10 @@ impl Recorder {
     }
 
     fn belief(&self, now: MissionTime, belief: &Belief) -> [Encoded; 2] {
-        let viewer = self.viewer();
+        let (viewer, probabilities) = (self.viewer(), belief.probabilities());
         [
-            Encoded::new(Topic::Belief, &viewer.belief(belief, now)),
-            Encoded::new(Topic::BeliefProbability, &viewer.probability(belief, now)),
+            Encoded::new(Topic::Belief, &viewer.belief(&probabilities, now)),
+            Encoded::new(Topic::BeliefProbability, &viewer.probability(&probabilities, now)),
         ]
     }
 

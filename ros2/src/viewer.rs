@@ -5,7 +5,6 @@
 
 use dragnet_scenario::map_file::MapOrigin;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
@@ -69,11 +68,13 @@ impl<'a> Viewer<'a> {
         })
     }
 
-    /// The belief in whole percent, 0 to 100; -1 where nothing is searched.
+    /// A belief in whole percent, 0 to 100; -1 where nothing is searched. Takes [`Belief::probabilities`].
+    ///
+    /// [`Belief::probabilities`]: dragnet_search::belief::Belief::probabilities
     #[must_use]
-    pub fn belief(&self, belief: &Belief, time: MissionTime) -> OccupancyGrid {
+    pub fn belief(&self, probabilities: &[f64], time: MissionTime) -> OccupancyGrid {
         self.occupancy(time, |cell| {
-            if self.terrain.is_searched(cell) { percent(belief.probability(cell)) } else { -1 }
+            if self.terrain.is_searched(cell) { percent(probabilities[cell.index()]) } else { -1 }
         })
     }
 
@@ -93,12 +94,12 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    /// The belief as probabilities: one `f32` per cell, field `probability`; 0 where nothing is searched.
+    /// A belief as probabilities: one `f32` per cell, field `probability`; 0 where nothing is searched.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "viewers draw single precision")]
-    pub fn probability(&self, belief: &Belief, time: MissionTime) -> Grid {
+    pub fn probability(&self, probabilities: &[f64], time: MissionTime) -> Grid {
         let (grid, edge) = (self.terrain.grid(), self.terrain.cell_meters());
-        let probability = |cell| (belief.probability(cell) as f32).to_le_bytes();
+        let floats: Vec<[u8; 4]> = probabilities.iter().map(|&it| (it as f32).to_le_bytes()).collect();
         Grid {
             timestamp: self.stamp(time),
             frame_id: MAP_FRAME.into(),
@@ -112,7 +113,7 @@ impl<'a> Viewer<'a> {
                 offset: 0,
                 r#type: PackedElementField::FLOAT32,
             }],
-            data: grid.cells().flat_map(probability).collect(),
+            data: floats.into_flattened(),
         }
     }
 
@@ -167,6 +168,7 @@ fn percent(probability: f64) -> i8 {
 
 #[cfg(test)]
 mod tests {
+    use dragnet_search::belief::Belief;
     use dragnet_search::evidence::Reading;
 
     use super::*;
@@ -195,9 +197,9 @@ mod tests {
         let out_of_reach = terrain.grid().cell_numbered(2).unwrap();
         belief.add(&Reading { cell: out_of_reach, value: 1.0, variance: 0.001 });
         let viewer = Viewer::new(&terrain, MapOrigin::default(), 0);
-        assert_eq!(viewer.belief(&belief, MissionTime::START).data, [20, -1, 100, -1]);
+        assert_eq!(viewer.belief(&belief.probabilities(), MissionTime::START).data, [20, -1, 100, -1]);
 
-        let grid = viewer.probability(&belief, MissionTime::START);
+        let grid = viewer.probability(&belief.probabilities(), MissionTime::START);
         assert_eq!((grid.column_count, grid.row_stride, grid.cell_stride), (2, 8, 4));
         let (floats, rest) = grid.data.as_chunks::<4>();
         let floats: Vec<f32> = floats.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect();
@@ -242,8 +244,8 @@ mod tests {
             assert!((orientation.z - half).hypot(orientation.w - half) < 1e-9, "{orientation:?}");
         };
         check(viewer.terrain(MissionTime::START).info.origin, (-20.0, -12.0));
-        check(viewer.belief(&belief, MissionTime::START).info.origin, (-20.0, -12.0));
-        check(viewer.probability(&belief, MissionTime::START).pose, (-20.0, -12.0));
+        check(viewer.belief(&belief.probabilities(), MissionTime::START).info.origin, (-20.0, -12.0));
+        check(viewer.probability(&belief.probabilities(), MissionTime::START).pose, (-20.0, -12.0));
         // 45 m along its rows, which run north, and 15 m to their left, which is west.
         for pose in [
             viewer.pose(cell, MissionTime::START).pose,

@@ -3,6 +3,7 @@
 //! Values are not checked here but in [`crate::input`]. Their layout is given by the `.msg` files in [`crate::schema`],
 //! their bytes by [`crate::cdr`].
 
+mod bytes;
 pub mod robot;
 pub mod standard;
 pub mod vision;

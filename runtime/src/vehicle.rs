@@ -205,7 +205,7 @@ impl Vehicle {
             let start_unix_ns = now.unix_ns.saturating_sub_unsigned(now.mission.0);
             // The map's pose in the robot's frame is known to `places`.
             let viewer = Viewer::new(&self.terrain, MapOrigin::default(), start_unix_ns);
-            let drawn = viewer.belief(belief, now.mission);
+            let drawn = viewer.belief(&belief.probabilities(), now.mission);
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
             let declared: BTreeSet<Cell> = self.found(belief).collect();
             shown.push(Output::Objects(self.objects(belief, &declared)));

@@ -167,6 +167,13 @@ impl Belief {
         probability(self.log_odds_nats(cell))
     }
 
+    /// Probability of each cell, shape `[cells]`, by index.
+    #[must_use]
+    pub fn probabilities(&self) -> Vec<f64> {
+        let cells = self.prior_log_odds_nats.iter().zip(self.evidence.cells());
+        cells.map(|(prior, evidence)| probability(prior + evidence.log_likelihood_ratio_nats())).collect()
+    }
+
     /// Whether a cell's probability is at least `tau`.
     #[must_use]
     #[inline]

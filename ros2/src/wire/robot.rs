@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bytes;
 use super::standard::{Header, Pose, Time, Vector3};
 
 /// Row-major covariance of `x`, `y`, `z` and the rotations about them: on the wire the same as ROS's flat `float64[36]`.
@@ -180,47 +181,4 @@ pub struct DiagnosticArray {
     pub header: Header,
     /// One for each part.
     pub status: Vec<DiagnosticStatus>,
-}
-
-/// Byte sequences in one piece: reading an image element by element takes longer than detecting objects in it.
-mod bytes {
-    use std::fmt;
-
-    use serde::de::{Deserializer, Error, SeqAccess, Visitor};
-    use serde::ser::Serializer;
-
-    pub(super) fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_bytes(bytes)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
-        deserializer.deserialize_byte_buf(Bytes)
-    }
-
-    struct Bytes;
-
-    impl<'de> Visitor<'de> for Bytes {
-        type Value = Vec<u8>;
-
-        fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-            formatter.write_str("bytes")
-        }
-
-        fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u8>, E> {
-            Ok(bytes.to_vec())
-        }
-
-        /// For formats without bytes.
-        fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Vec<u8>, A::Error> {
-            let mut bytes = Vec::new();
-            while let Some(byte) = elements.next_element()? {
-                bytes.push(byte);
-            }
-            Ok(bytes)
-        }
-
-        fn visit_byte_buf<E: Error>(self, bytes: Vec<u8>) -> Result<Vec<u8>, E> {
-            Ok(bytes)
-        }
-    }
 }

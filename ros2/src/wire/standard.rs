@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bytes;
+
 const NANOSECONDS: i128 = 1_000_000_000;
 
 /// `builtin_interfaces/msg/Time`: Unix time.
@@ -145,6 +147,7 @@ pub struct OccupancyGrid {
     /// Size and place of the grid.
     pub info: MapMetaData,
     /// `0..=100`, or -1 for unknown; row-major from the origin, shape `[height * width]`.
+    #[serde(with = "bytes::signed")]
     pub data: Vec<i8>,
 }
 
@@ -202,5 +205,6 @@ pub struct Grid {
     /// The fields of each cell.
     pub fields: Vec<PackedElementField>,
     /// The cells, row-major, shape `[rows * row_stride]`.
+    #[serde(with = "bytes")]
     pub data: Vec<u8>,
 }
