@@ -17,7 +17,7 @@ use dragnet_runtime::stop;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::{Areas, MapFileError};
 
-use super::{Failure, live};
+use super::{Failure, complain, live};
 
 /// Plan a mission on a page in a browser.
 ///
@@ -71,7 +71,10 @@ fn read(file: &Path) -> Result<MissionPlan, Failure> {
     if Areas::is_file(file) {
         let bytes = read_at_most(file, Areas::MAX_BYTES)
             .map_err(|source| Failure::input(MapFileError::Read { file: file.to_owned(), source }))?;
-        let areas = Areas::from_bytes(file, bytes).map_err(Failure::input)?;
+        let (areas, invalid) = Areas::valid_from_bytes(file, bytes).map_err(Failure::input)?;
+        for error in invalid {
+            complain("not read", &error.to_string());
+        }
         return MissionPlan::of_areas(&Scenario::name_of_map(file), &areas).map_err(Failure::input);
     }
     let scenario = Scenario::load(file).map_err(Failure::input)?;

@@ -67,6 +67,30 @@ fn changing_the_plan_requires_the_token_and_an_own_page() {
     assert_eq!(state(&served)["revision"], 1);
 }
 
+/// A person sees what is missing, and draws it anew.
+#[test]
+fn a_file_with_an_invalid_area_is_read_without_it() {
+    let served = Served::start(&["plan"]);
+    let area = |name: &str, ring: &str| {
+        format!(
+            "{{\"type\":\"Feature\",\"properties\":{{\"kind\":\"search\",\"name\":\"{name}\"}},\
+             \"geometry\":{{\"type\":\"Polygon\",\"coordinates\":[[{ring}]]}}}}"
+        )
+    };
+    let square = area("moor", "[9.5,47.5],[9.51,47.5],[9.51,47.51],[9.5,47.51],[9.5,47.5]");
+    let crossing = area("bow", "[9.6,47.5],[9.61,47.51],[9.61,47.5],[9.6,47.51],[9.6,47.5]");
+    let file = format!("{{\"type\":\"FeatureCollection\",\"features\":[{square},{crossing}]}}");
+    let before = state(&served);
+    let (status, body) = import(&served, &before["revision"], "a.geojson", file.as_bytes());
+    let message = body["message"].as_str().unwrap_or_default();
+    assert!(
+        status == 200 && message.contains("1 area read. Not read: ") && message.contains("bow"),
+        "{body}"
+    );
+    let alone = format!("{{\"type\":\"FeatureCollection\",\"features\":[{crossing}]}}");
+    refused(import(&served, &body["revision"], "b.geojson", alone.as_bytes()), 422, "bow");
+}
+
 #[test]
 fn invalid_requests_and_files_are_refused_and_change_nothing() {
     let served = Served::start(&["plan", "missing_person"]);

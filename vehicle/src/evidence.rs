@@ -226,7 +226,7 @@ fn reading(cell: Cell, value: f32, nats: f64, least_variance: f32) -> Option<(Re
 }
 
 /// Adds undecided readings of the cells where an unassigned track may be. Withdrawing earlier evidence of a cell's
-/// being empty is a reading too, so one cell is left for it.
+/// being empty is a reading too: one cell keeps it, as long as no other is undecided.
 fn undecided(
     mut readings: Vec<Reading>,
     terrain: &Terrain,
@@ -244,10 +244,11 @@ fn undecided(
     let mut open: Vec<(Cell, f64, f32)> = sensor.footprint().iter().filter_map(open).collect();
     open.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     let least = open.last().map_or(0.0, |&(_, most, _)| LIKELY.min(most));
-    let likely = open.into_iter().filter(|&(_, probability, _)| probability >= least);
-    for (index, (cell, _, variance)) in likely.enumerate() {
+    open.retain(|&(_, probability, _)| probability >= least);
+    let is_one_undecided = open.iter().any(|&(cell, ..)| accounts.of(cell).empty < LEAST_NATS);
+    for (index, (cell, _, variance)) in open.into_iter().enumerate() {
         let account = accounts.of(cell);
-        let reported = if index > 0 { account.empty } else { 0.0 };
+        let reported = if index > 0 || is_one_undecided { account.empty } else { 0.0 };
         match reading(cell, 1.0, reported, variance) {
             Some((reading, told_nats)) => {
                 account.publish_object(told_nats);

@@ -47,12 +47,17 @@ pub(super) fn import(
             "{name}: a scenario names files beside it, which a browser does not send; open it with: dragnet plan {name}"
         )));
     }
-    let areas = Areas::from_bytes(Path::new(name), bytes).map_err(Refused::invalid)?;
+    let (areas, invalid) = Areas::valid_from_bytes(Path::new(name), bytes).map_err(Refused::invalid)?;
     let mut plan = plan(revision)?;
     let ignored = match areas.left_out.len() {
         0 => String::new(),
         _ => format!(" Without a meaning for a search, and left out: {}.", shown(&areas.left_out)),
     };
+    let errors: Vec<String> = invalid.iter().map(ToString::to_string).collect();
+    let invalid = if errors.is_empty() { String::new() } else { format!(" Not read: {}.", shown(&errors)) };
+    if areas.areas.is_empty() && !invalid.is_empty() {
+        return Err(Refused::invalid(invalid.trim_start()));
+    }
     if areas.areas.is_empty() {
         return Err(Refused::invalid(format!("{name}: holds no area and no place.{ignored}")));
     }
@@ -60,7 +65,7 @@ pub(super) fn import(
         plan.features.clear();
     }
     plan.add(&areas);
-    let message = format!("{name}: {} read.{ignored}", counted(&areas.areas));
+    let message = format!("{name}: {} read.{invalid}{ignored}", counted(&areas.areas));
     Ok(Import { revision, plan, message })
 }
 

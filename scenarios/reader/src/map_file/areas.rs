@@ -107,7 +107,19 @@ impl Areas {
     /// # Errors
     /// If the extension is not that of areas, the content is longer than [`Areas::MAX_BYTES`] or is not text, or as
     /// [`Areas::from_geojson`] and [`Areas::from_kml`].
-    pub fn from_bytes(file: &Path, mut bytes: Vec<u8>) -> Result<Self, MapFileError> {
+    pub fn from_bytes(file: &Path, bytes: Vec<u8>) -> Result<Self, MapFileError> {
+        Self::valid_from_bytes(file, bytes).and_then(whole)
+    }
+
+    /// The valid areas of a file like [`Areas::from_bytes`], and what is wrong with each of the others: for a person who
+    /// sees what is missing, and draws it anew.
+    ///
+    /// # Errors
+    /// As [`Areas::from_bytes`], but for invalid areas.
+    pub fn valid_from_bytes(
+        file: &Path,
+        mut bytes: Vec<u8>,
+    ) -> Result<(Self, Vec<MapFileError>), MapFileError> {
         if !Self::is_file(file) {
             let allowed = ".geojson, .json, .kml or .kmz areas";
             return Err(MapFileError::Extension { file: file.to_owned(), allowed });
@@ -120,8 +132,11 @@ impl Areas {
         if is("kmz") {
             bytes = kmz::kml(file, &bytes)?;
         }
+        if is("kml") || is("kmz") {
+            return Self::of(file, kml::features(file, &kml::decoded(file, bytes)?)?);
+        }
         let text = dragnet_files::text_of(bytes).map_err(|source| MapFileError::syntax(file, source))?;
-        if is("kml") || is("kmz") { Self::from_kml(file, &text) } else { Self::from_geojson(file, &text) }
+        Self::of(file, geojson::features(file, &text)?)
     }
 
     /// Areas of a `GeoJSON` text (RFC 7946); messages name the file.
@@ -129,7 +144,7 @@ impl Areas {
     /// # Errors
     /// If the text is not `GeoJSON`, or a feature is invalid for its kind.
     pub fn from_geojson(file: &Path, text: &str) -> Result<Self, MapFileError> {
-        Self::of(file, geojson::features(file, text)?)
+        Self::of(file, geojson::features(file, text)?).and_then(whole)
     }
 
     /// Areas of a KML text (OGC 2.2 and 2.3); messages name the file.
@@ -137,26 +152,27 @@ impl Areas {
     /// # Errors
     /// If the text is not KML, or a placemark is invalid for its kind.
     pub fn from_kml(file: &Path, text: &str) -> Result<Self, MapFileError> {
-        Self::of(file, kml::features(file, text)?)
+        Self::of(file, kml::features(file, text)?).and_then(whole)
     }
 
-    fn of(file: &Path, features: Vec<feature::Feature>) -> Result<Self, MapFileError> {
+    fn of(file: &Path, features: Vec<feature::Feature>) -> Result<(Self, Vec<MapFileError>), MapFileError> {
         check_number(file, "features", features.len(), MAX_FEATURES)?;
         let shapes = || features.iter().map(|feature| &feature.shapes);
         check_number(file, "corners", shapes().map(feature::Shapes::corner_count).sum(), MAX_CORNERS)?;
         check_number(file, "rings", shapes().map(feature::Shapes::ring_count).sum(), MAX_RINGS)?;
-        let mut read = Self::default();
+        let (mut read, mut invalid) = (Self::default(), Vec::new());
         for feature in features {
-            match kind::area(file, &feature)? {
-                Some(area) => {
+            match kind::area(file, &feature) {
+                Err(error) => invalid.push(error),
+                Ok(Some(area)) => {
                     let beside = feature.shapes.beside(&area.purpose);
                     read.left_out.extend(beside.map(|shapes| format!("{shapes} of {}", area.name)));
                     read.areas.push(area);
                 }
-                None => read.left_out.push(feature.name.unwrap_or(feature.place)),
+                Ok(None) => read.left_out.push(feature.name.unwrap_or(feature.place)),
             }
         }
-        Ok(read)
+        Ok((read, invalid))
     }
 
     /// The areas as a `GeoJSON` text; [`Areas::from_geojson`] returns equal areas. Ignored features are left out.
@@ -209,6 +225,11 @@ impl Purpose {
             Self::LastKnownPosition { .. } | Self::Start(_) => &[],
         }
     }
+}
+
+/// All areas, if they are valid.
+fn whole((areas, invalid): (Areas, Vec<MapFileError>)) -> Result<Areas, MapFileError> {
+    invalid.into_iter().next().map_or(Ok(areas), Err)
 }
 
 fn check_number(file: &Path, what: &str, number: usize, most: usize) -> Result<(), MapFileError> {

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use encoding_rs::Encoding;
 use quick_xml::Reader as Scan;
 use quick_xml::events::{BytesStart, Event};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -54,6 +55,38 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
         features.push(feature);
     }
     Ok(features)
+}
+
+/// The text of a KML file: in the encoding that its XML declaration names, as older programs write it, or in UTF-8 or
+/// UTF-16.
+pub(super) fn decoded(file: &Path, bytes: Vec<u8>) -> Result<String, MapFileError> {
+    let Some(label) = declared_encoding(&bytes) else {
+        return dragnet_files::text_of(bytes).map_err(|source| MapFileError::syntax(file, source));
+    };
+    let Some(encoding) = Encoding::for_label(label) else {
+        let found = format!("{:?}", String::from_utf8_lossy(label));
+        return Err(MapFileError::value(file, "the encoding", found, "one of the web, such as \"UTF-8\""));
+    };
+    // Its byte-order mark has the last word.
+    let (text, encoding, has_errors) = encoding.decode(&bytes);
+    if has_errors {
+        return Err(MapFileError::syntax(
+            file,
+            format!("no {} text, as which it is declared", encoding.name()),
+        ));
+    }
+    Ok(text.into_owned())
+}
+
+/// The encoding that an XML declaration names, if there is one and it names one.
+fn declared_encoding(bytes: &[u8]) -> Option<&[u8]> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).strip_prefix(b"<?xml")?;
+    let end = bytes.windows(2).position(|two| two == b"?>")?;
+    let key = b"encoding";
+    let begin = bytes[..end].windows(key.len()).position(|word| word == key)? + key.len();
+    let value = bytes[begin..end].trim_ascii_start().strip_prefix(b"=")?.trim_ascii_start();
+    let (&quote, value) = value.split_first()?;
+    value.split(|&byte| byte == quote).next()
 }
 
 /// Parsing takes quadratic time in these numbers, and linear time in all else. Other errors are reported by the parser.

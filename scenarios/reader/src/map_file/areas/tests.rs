@@ -522,3 +522,27 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn kml_is_read_in_the_encoding_that_it_declares() {
+    let text = |encoding: &str| {
+        format!(
+            "<?xml version='1.0' encoding='{encoding}'?><kml><Placemark><name>search Bärenalp</name><Polygon><outerBoundaryIs>\
+             <LinearRing><coordinates>9.5,47.5 9.51,47.5 9.51,47.51 9.5,47.5</coordinates></LinearRing></outerBoundaryIs>\
+             </Polygon></Placemark></kml>"
+        )
+    };
+    let latin: Vec<u8> =
+        text("ISO-8859-1").chars().map(|letter| u8::try_from(u32::from(letter)).unwrap()).collect();
+    for bytes in [latin.clone(), text("utf-8").into_bytes()] {
+        let areas = Areas::from_bytes(Path::new("a.kml"), bytes).unwrap().areas;
+        assert_eq!(areas[0].name, "search Bärenalp");
+    }
+    let declared_wrongly = String::from_utf8_lossy(&latin).replace("ISO-8859-1", "utf-8").into_bytes();
+    assert!(Areas::from_bytes(Path::new("a.kml"), declared_wrongly).is_ok(), "its marks are those of errors");
+    let error = |bytes: Vec<u8>| Areas::from_bytes(Path::new("a.kml"), bytes).unwrap_err().to_string();
+    let mut broken = latin;
+    broken.splice(30..40, *b"utf-8     ");
+    assert!(error(broken).contains("no UTF-8 text"), "bytes of another encoding");
+    assert!(error(text("latin-klingon").into_bytes()).contains("latin-klingon"));
+}
