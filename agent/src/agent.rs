@@ -22,10 +22,12 @@ use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation};
 use dragnet_search::terrain::Terrain;
+use std::borrow::Cow;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::blind_spots::BlindSpots;
 use crate::heartbeat::HeartbeatSchedule;
 use crate::sightings::Sightings;
 use crate::team::{Patience, Team, View};
@@ -143,6 +145,8 @@ pub struct Agent {
     is_overtaken: bool,
     /// Where vehicles have detected objects that they could not assign to a cell yet.
     sightings: Sightings,
+    /// Cells that its vehicle does not see.
+    blind_spots: BlindSpots,
     /// Waypoints chosen.
     decisions: u64,
     /// Plans made, including decisions to rest: the number of the next one.
@@ -206,6 +210,7 @@ impl Agent {
             decided: MissionTime::START,
             is_overtaken: false,
             sightings: Sightings::default(),
+            blind_spots: BlindSpots::default(),
             decisions: 0,
             plans: 0,
             recalled: None,
@@ -371,6 +376,8 @@ impl Agent {
             return;
         }
         self.observations += 1;
+        let AgentConfig { terrain, sensor, .. } = &self.config;
+        self.blind_spots.add(terrain, sensor, cell, &observation.readings);
         self.count(&observation);
         effects.kept.push(Arc::clone(&observation));
         effects.published.push((Audience::All, Message::Observation(observation)));
@@ -509,11 +516,12 @@ impl Agent {
         self.config.mission.remaining_meters(self.path_meters, elapsed) / self.config.terrain.cell_meters()
     }
 
-    /// Whether the expected number of remaining objects, with those sighted, is low enough to end the search.
+    /// Whether the expected number of remaining objects is low enough to end the search.
     fn is_cleared(&self) -> bool {
         self.config.mission.stop_when_expected_remaining.is_some_and(|threshold| {
             let AgentConfig { terrain, mission, .. } = &self.config;
-            let belief = self.sightings.added_to(&self.belief);
+            let belief =
+                planning_belief(&self.belief, &self.sightings, &self.blind_spots, &self.config.sensor);
             belief.expects_at_most(terrain, &self.reach, mission.detection_threshold, threshold)
         })
     }
@@ -598,7 +606,8 @@ impl Agent {
         planned_precision: &PlannedPrecision,
         robot: Cell,
     ) -> Decision {
-        let belief = self.sightings.added_to(&self.belief);
+        let belief =
+            self.blind_spots.removed_from(self.sightings.added_to(&self.belief), &self.config.sensor);
         let situation = Situation {
             terrain: &self.config.terrain,
             connectivity: self.config.connectivity,
@@ -638,4 +647,14 @@ impl Agent {
         };
         effects.published.push((Audience::All, Message::Heartbeat(heartbeat)));
     }
+}
+
+/// The belief by which a robot plans and ends its search: with sightings, and without what it cannot see.
+fn planning_belief<'a>(
+    belief: &'a Belief,
+    sightings: &Sightings,
+    blind_spots: &BlindSpots,
+    sensor: &Sensor,
+) -> Cow<'a, Belief> {
+    blind_spots.removed_from(sightings.added_to(belief), sensor)
 }

@@ -1,10 +1,11 @@
 //! One robot of a search team.
 //!
 //! [`agent`] is the robot's state machine: it handles events and returns effects, and has no clock, socket or thread.
-//! [`heartbeat`] schedules its heartbeats, [`team`] stores what it knows of its teammates, and `sightings` where vehicles
-//! have seen objects that they could not assign to a cell yet.
+//! [`heartbeat`] schedules its heartbeats, [`team`] stores what it knows of its teammates, `sightings` where vehicles have
+//! seen objects that they could not assign to a cell yet, and `blind_spots` which cells its own vehicle does not see.
 
 pub mod agent;
+mod blind_spots;
 pub mod heartbeat;
 mod sightings;
 mod state_machine;

@@ -137,7 +137,7 @@ impl Finds {
         let is_idle =
             |&(_, seen_ns): &(f64, u64)| seconds_between(seen_ns, track.seen_ns()) > PATIENCE_SECONDS;
         seconds_between(track.seen_ns(), now_ns) > PASSED_SECONDS
-            || std_meters(track) <= FINAL_SHARE * track.lasting_std_meters()
+            || std_meters(track) <= final_meters(track)
             || self.improved.get(&track.id()).is_some_and(is_idle)
     }
 
@@ -168,9 +168,11 @@ impl Finds {
     ) -> Option<Cell> {
         let (cell, probability) = likeliest(cells, |_, _| true)?;
         let std_meters = std_meters(track);
+        // Cells may be smaller than the vehicle's own error: then no cell is better than the likeliest.
+        let good_enough_meters = (PASSED_SHARE * terrain.cell_meters()).max(final_meters(track));
         let is_known = probability >= CERTAIN
             || std_meters <= GOOD_METERS
-            || (self.is_final(track, now_ns) && std_meters <= PASSED_SHARE * terrain.cell_meters());
+            || (self.is_final(track, now_ns) && std_meters <= good_enough_meters);
         if !is_known || is_elsewhere(cells) || track.score_nats() < SURE_NATS {
             return None;
         }
@@ -212,6 +214,11 @@ impl Finds {
 /// Standard deviation of a track's position in its most uncertain direction, meters.
 fn std_meters(track: &Track) -> f64 {
     track.position_covariance().symmetric_eigenvalues().max().max(0.0).sqrt()
+}
+
+/// Standard deviation from which on a track's position hardly improves, meters.
+fn final_meters(track: &Track) -> f64 {
+    FINAL_SHARE * track.lasting_std_meters()
 }
 
 /// Whether an object is rather outside of the searched cells.
