@@ -1,10 +1,10 @@
 //! Cells that a vehicle does not see although the sensor's model says that it does: behind walls that hide them, or in
 //! parts that its cameras never face.
 //!
-//! An observation of such a cell contains no reading of it, or one that says next to nothing, however often it is made, and
-//! a robot that expects more would come back until its budget is spent. A robot that has expected readings of a cell
-//! often enough and got none counts on none: it plans, and ends its search, as if the cell were empty. The team's belief remains as it is, and with it the
-//! number of objects that are still expected.
+//! An observation of such a cell contains no reading of it, or one that says next to nothing, however often it is made,
+//! and a robot that expects more would come back until its budget is spent. A robot that has expected readings of a
+//! cell often enough and got none counts on none: it plans, and ends its search, as if the cell were empty. The team's
+//! belief remains as it is, and with it the number of objects that are still expected.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

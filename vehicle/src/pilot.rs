@@ -133,6 +133,7 @@ impl Pilot {
         }
         if is_now {
             self.notice_silence(now_ns, &mut actions);
+            self.notice_detections(&mut actions);
             self.sense(now_ns, &mut actions);
         }
         actions.extend(self.conditions.settle(self.clock.now_ns()).into_iter().map(Action::Tell));
@@ -305,6 +306,15 @@ impl Pilot {
         }
     }
 
+    fn notice_detections(&mut self, actions: &mut Vec<Action>) {
+        for (subject, fault) in self.perception.detection_faults() {
+            match fault {
+                Some(fault) => self.ill(subject, fault, actions),
+                None => self.well(&subject),
+            }
+        }
+    }
+
     /// Reports an observation to the agent, if there is one.
     fn sense(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
         if self.conditions.is_bad(&Subject::Pose) {
@@ -334,6 +344,8 @@ impl Pilot {
         } else if let Some(seen) = self.news(now_ns) {
             actions.push(Action::Sensed { cell: seen.from, readings: seen.readings });
         }
+        let outside = self.perception.take_outside();
+        actions.extend(outside.iter().map(|place| Action::Tell(diagnostic::outside(place.x, place.y))));
     }
 
     /// What was found too late for the report of the last cell, and is out of sight from this one.

@@ -185,6 +185,11 @@ async function settings(page) {
   await put(page, "field-cell", "60");
   await until("a cell is suggested", async () => /Suggested for this area: 20 m/.test(await text(page, "cell-note")));
   await put(page, "field-hours", "0.5");
+  await put(page, "field-objects", "2");
+  await put(page, "field-remaining", "0.02");
+  await until("what the end means is said", async () => /Of all missing 99 % are expected/.test(await text(page, "remaining-note")));
+  await put(page, "field-remaining", "0.05");
+  await put(page, "field-objects", "1");
   await ready(page);
   assert.ok(!(await page.locator("#suggested").isChecked()));
 }
@@ -201,6 +206,7 @@ async function entries(page) {
     ["field-hours", "", /allowed is a time budget, a distance/, "0.5"],
     ["field-hours", "-1", /^-1 is not possible; .*hours/, "0.5"],
     ["field-robots", "2.5", /^2\.5 is not possible; allowed is a whole number/, "2"],
+    ["field-remaining", "-1", /^-1 is not possible/, "0.05"],
     ["field-speed", "", /^A number is missing/, "2"],
     ["field-radius", "abc", /^“abc” is no number/, "5"],
   ]) {

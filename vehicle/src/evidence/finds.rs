@@ -32,6 +32,8 @@ const FINAL_SHARE: f64 = 2.0;
 /// or detections for this time, seconds, have not reduced it to this share.
 const PATIENCE_SECONDS: f64 = 10.0;
 const IMPROVED_SHARE: f64 = 0.9;
+/// Distance in addition to the error, meters, up to which what lies outside of the search area is known already.
+const OUTSIDE_METERS: f64 = 5.0;
 /// Distance, in standard deviations of both, up to which two tracks are of the same object.
 const SAME: f64 = 3.0;
 
@@ -65,6 +67,8 @@ pub struct Finds {
     /// Of each confirmed track, its standard deviation when it last became clearly smaller, meters, and the time of its
     /// last detection then.
     improved: BTreeMap<TrackId, (f64, u64)>,
+    /// Positions of objects outside of the search area, meters, and how many of them were told.
+    outside: (Vec<Vector2<f64>>, usize),
 }
 
 impl Finds {
@@ -84,9 +88,10 @@ impl Finds {
         self.declared = cells;
     }
 
-    /// Removes all tracks and finds; keeps the cells that the team has declared.
+    /// Removes all tracks and finds; keeps the cells that the team has declared, and what was found outside.
     pub fn restart(&mut self) {
-        *self = Self { declared: std::mem::take(&mut self.declared), ..Self::default() };
+        let (declared, outside) = (std::mem::take(&mut self.declared), std::mem::take(&mut self.outside));
+        *self = Self { declared, outside, ..Self::default() };
     }
 
     /// Updates the finds by the tracks.
@@ -112,6 +117,7 @@ impl Finds {
                 self.left.insert(cell);
             }
             if is_elsewhere(&cells) && self.is_final(track, now_ns) {
+                self.note_outside(track);
                 continue;
             }
             for (&cell, &probability) in likely {
@@ -130,6 +136,21 @@ impl Finds {
         if std_meters < IMPROVED_SHARE * *best_meters {
             (*best_meters, *seen_ns) = (std_meters, track.seen_ns());
         }
+    }
+
+    fn note_outside(&mut self, track: &Track) {
+        let (place, std_meters) = (track.position_meters(), std_meters(track));
+        let is_known = |other: &Vector2<f64>| (other - place).norm() < OUTSIDE_METERS + SAME * std_meters;
+        if track.score_nats() >= SURE_NATS && !self.outside.0.iter().any(is_known) {
+            self.outside.0.push(place);
+        }
+    }
+
+    /// Positions of objects that were found outside of the search area since the last call, meters east and north.
+    pub(crate) fn take_outside(&mut self) -> &[Vector2<f64>] {
+        let (places, told) = &mut self.outside;
+        let before = std::mem::replace(told, places.len());
+        &places[before..]
     }
 
     /// Whether a track's position will hardly improve.

@@ -25,7 +25,8 @@ pub enum Level {
 pub struct Diagnostic {
     /// The severity.
     pub level: Level,
-    /// The subject: `pose`, `clock`, `map`, `path`, `ground`, `camera NAME`, `silence of NAME`.
+    /// The subject: `pose`, `clock`, `map`, `path`, `ground`, `camera NAME`, `silence of NAME`,
+    /// `false alarms of NAME`, `lens of NAME`, `objects`.
     pub name: String,
     /// What happened, in a sentence.
     pub message: String,
@@ -51,6 +52,10 @@ pub(super) enum Subject {
     Camera(String),
     /// A camera without valid frames.
     Silence(String),
+    /// A camera with more false alarms than its settings say.
+    FalseAlarms(String),
+    /// A camera with detections that turn with it.
+    Lens(String),
 }
 
 /// A fault.
@@ -77,7 +82,9 @@ impl fmt::Display for Fault {
 impl Subject {
     const fn level(&self) -> Level {
         match self {
-            Self::Camera(_) | Self::Ground | Self::Path => Level::Warning,
+            Self::Camera(_) | Self::FalseAlarms(_) | Self::Lens(_) | Self::Ground | Self::Path => {
+                Level::Warning
+            }
             Self::Clock | Self::Pose | Self::Map | Self::Silence(_) => Level::Error,
         }
     }
@@ -90,7 +97,9 @@ impl Subject {
             Self::Map => on_fault.map,
             Self::Silence(_) => on_fault.camera,
             // A path is given up where it turns out to be impossible.
-            Self::Camera(_) | Self::Ground | Self::Path => FaultResponse::Continue,
+            Self::Camera(_) | Self::FalseAlarms(_) | Self::Lens(_) | Self::Ground | Self::Path => {
+                FaultResponse::Continue
+            }
         }
     }
 }
@@ -105,6 +114,8 @@ impl fmt::Display for Subject {
             Self::Path => formatter.write_str("path"),
             Self::Camera(name) => write!(formatter, "camera {name}"),
             Self::Silence(name) => write!(formatter, "silence of {name}"),
+            Self::FalseAlarms(name) => write!(formatter, "false alarms of {name}"),
+            Self::Lens(name) => write!(formatter, "lens of {name}"),
         }
     }
 }
@@ -148,6 +159,16 @@ impl Conditions {
     pub(super) fn forbid(&self, on_fault: &OnFault) -> bool {
         self.0.standing().any(|subject| subject.response(on_fault) == FaultResponse::Stop)
     }
+}
+
+/// Something is detected where nothing is searched for, at meters east and north of the map's corner: no find, but news
+/// for people.
+pub(super) fn outside(x_meters: f64, y_meters: f64) -> Diagnostic {
+    let message = format!(
+        "an object outside of the search area: {x_meters:.1} m east and {y_meters:.1} m north of the map's corner"
+    );
+    let numbers = vec![("x_meters", x_meters), ("y_meters", y_meters)];
+    Diagnostic { level: Level::Warning, name: "objects".to_owned(), message, numbers }
 }
 
 fn well_again(subject: &Subject) -> Diagnostic {

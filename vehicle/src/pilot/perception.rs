@@ -4,6 +4,8 @@
 //! as long as configured ([`waiting`]). An invalid frame (a box with NaN, ten thousand boxes) is ignored as a whole:
 //! its detector may have missed anything.
 
+mod false_alarms;
+mod fixed;
 mod waiting;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,8 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use dragnet_search::cell::Cell;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
+use nalgebra::Vector2;
 
-use super::diagnostic::Fault;
+use super::diagnostic::{Fault, Subject};
 use super::localization::{At, Localization};
 use super::{CameraDetections, CameraFrame, PoseEstimate, seconds, stamp};
 use crate::camera::{BoxRefusal, Camera, Detections};
@@ -26,6 +29,8 @@ use crate::tracker::pose_error::PoseError;
 use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as TrackerError};
 use crate::tracker::track::Track;
 use dragnet_lattice::plane::{Pose, wrapped_radians};
+use false_alarms::FalseAlarms;
+use fixed::FixedDetections;
 use waiting::{Arrival, Waiting};
 
 /// The state of the cameras and the tracker.
@@ -55,6 +60,8 @@ struct Eye {
     stamp_ns: Option<u64>,
     /// Whether the last frame was valid.
     is_good: bool,
+    false_alarms: FalseAlarms,
+    fixed: FixedDetections,
 }
 
 impl Perception {
@@ -68,6 +75,8 @@ impl Perception {
                 received_ns: None,
                 stamp_ns: None,
                 is_good: false,
+                false_alarms: FalseAlarms::default(),
+                fixed: FixedDetections::default(),
             })
             .collect();
         let by_name = eyes.iter().enumerate().map(|(index, eye)| (eye.camera.settings().name.clone(), index));
@@ -126,6 +135,20 @@ impl Perception {
     pub(super) fn silences(&self, now_ns: u64) -> Vec<(String, u64)> {
         let silence = |eye: &Eye| now_ns.saturating_sub(eye.received_ns.unwrap_or(now_ns));
         self.eyes.iter().map(|eye| (eye.camera.settings().name.clone(), silence(eye))).collect()
+    }
+
+    /// What is wrong with each camera's detections, if anything: more false alarms than the settings say, and some that
+    /// turn with it.
+    pub(super) fn detection_faults(&self) -> Vec<(Subject, Option<Fault>)> {
+        let expected = self.tracker_settings.false_alarms_per_frame;
+        let faults = |eye: &Eye| {
+            let name = &eye.camera.settings().name;
+            [
+                (Subject::FalseAlarms(name.clone()), eye.false_alarms.fault(expected)),
+                (Subject::Lens(name.clone()), eye.fixed.fault()),
+            ]
+        };
+        self.eyes.iter().flat_map(faults).collect()
     }
 
     /// Whether a camera's last frame was valid.
@@ -237,7 +260,14 @@ impl Perception {
         .map_err(|error| refused(&error))?;
         let accounts = &self.accounts;
         let unseen = |point| accounts.missed_at(terrain, point);
-        self.tracker.handle_where_unseen(&frame, &unseen).map_err(|error| refused(&error))?;
+        let outcome = self.tracker.handle_where_unseen(&frame, &unseen).map_err(|error| refused(&error))?;
+        let eye = &mut self.eyes[index];
+        eye.fixed.add(head.heading_radians, &detections.bearings_radians);
+        eye.false_alarms.add(
+            outcome.born.len(),
+            outcome.confirmed.len(),
+            self.tracker_settings.false_alarms_per_frame,
+        );
         self.accounts.add(terrain, sensor, &frame.view, self.tracker_settings.miss_probability);
         Ok(())
     }
@@ -281,6 +311,11 @@ impl Perception {
         }
         let seen = evidence::objects(terrain, sensor, from, finds, accounts);
         (!seen.readings.is_empty()).then_some(seen)
+    }
+
+    /// Positions of objects that were found outside of the search area since the last call, meters east and north.
+    pub(super) fn take_outside(&mut self) -> &[Vector2<f64>] {
+        self.finds.take_outside()
     }
 
     fn place_tracks(&mut self, terrain: &Terrain) {

@@ -323,6 +323,28 @@ fn a_vehicle_off_its_route_reports_its_cell() {
 }
 
 #[test]
+fn an_object_outside_of_the_search_area_is_told_once_and_is_no_find() {
+    let mut drive = Drive::new(&settings());
+    drive.objects = vec![Vector2::new(126.0, 60.0)];
+    drive.step();
+    let east = (3..=10).map(|column| (2, column));
+    let route: Vec<(u32, u32)> = east.chain((3..=9).map(|row| (row, 10))).collect();
+    drive.go(&route);
+    let actions = drive.steps(120);
+    let is_outside = |diagnostic: &&Diagnostic| diagnostic.name == "objects";
+    let told: Vec<&Diagnostic> = actions
+        .iter()
+        .filter_map(|action| if let Action::Tell(diagnostic) = action { Some(diagnostic) } else { None })
+        .filter(is_outside)
+        .collect();
+    let [told] = told[..] else { panic!("{told:?}") };
+    let [(_, x_meters), (_, y_meters)] = told.numbers[..] else { panic!("{told:?}") };
+    assert!((x_meters - 126.0).hypot(y_meters - 60.0) < 3.0, "{told}");
+    assert!(told.message.contains("outside of the search area"));
+    assert_eq!(drive.pilot.finds().count(), 0);
+}
+
+#[test]
 fn a_navigation_stack_is_sent_to_the_ends_of_runs() {
     let mut drive = Drive::new(&Settings { motion: MotionTable::Goal {}, ..settings() });
     drive.step();

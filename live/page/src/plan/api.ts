@@ -35,7 +35,7 @@ export interface Plan {
     sensor: { radius: number; noise_variance: number };
     objects: { count?: number };
     robots: { count: number; start?: unknown };
-    mission: { speed_meters_per_second: number; budget_seconds?: number; budget_meters?: number };
+    mission: { speed_meters_per_second: number; budget_seconds?: number; budget_meters?: number; stop_when_expected_remaining: number };
   };
   is_cell_suggested: boolean;
   features: Feature[];

@@ -55,6 +55,7 @@ const FIELDS: Record<string, Field> = {
   // That a mission has no budget at all is a problem of its table.
   "field-hours": { ...hours, keys: [...hours.keys, "mission"] },
   "field-kilometers": numeric("mission.budget_meters", { isOptional: true, above: 0, most: MOST_KILOMETERS, unit: "km" }, 1000),
+  "field-remaining": numeric("mission.stop_when_expected_remaining"),
   "field-robots": numeric("robots.count", { isWhole: true }),
   "field-start": {
     keys: ["robots.start"],
@@ -123,11 +124,20 @@ export class Fields {
     }
     element("suggested", HTMLInputElement).checked = plan.is_cell_suggested;
     const { map: { cell_meters }, sensor: { radius } } = plan.scenario;
+    const { objects: { count }, mission: { stop_when_expected_remaining: remaining } } = plan.scenario;
+    element("remaining-note", HTMLElement).textContent = describeEnd(remaining, count);
     const suggested = review.suggested_cell_meters;
     element("cell-note", HTMLElement).textContent = suggested === null || suggested === cell_meters ? "" : `Suggested for this area: ${suggested} m.`;
     element("sensor-note", HTMLElement).textContent =
       `Sees ${Number((radius * cell_meters).toFixed(1))} m: ${radius} ${radius === 1 ? "cell" : "cells"} of ${rounded(cell_meters)} m.`;
   }
+}
+
+/** What the end of the search means for the missing. */
+function describeEnd(remaining: number, count: number | undefined): string {
+  if (remaining === 0) return "No cell may be in doubt then: this takes long.";
+  if (count === undefined || !(remaining < count)) return "";
+  return `Of all missing ${rounded(Number((100 * (1 - remaining / count)).toFixed(1)))} % are expected to be found then.`;
 }
 
 function control(id: string): HTMLInputElement | HTMLSelectElement {

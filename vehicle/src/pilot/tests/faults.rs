@@ -96,6 +96,35 @@ fn a_detector_that_returns_no_numbers_or_ten_thousand_boxes() {
 }
 
 #[test]
+fn a_detector_with_more_false_alarms_than_its_settings_say() {
+    let mut drive = under_way(FaultResponse::Stop);
+    let alarm = |frame: CameraFrame| {
+        // Far from each other, so that no track explains two of them.
+        let bearing = (frame.time_ns / STEP_NS % 7) as f64 / 4.0 - 0.75;
+        Some(CameraFrame { detections: CameraDetections::Bearings(vec![bearing]), ..frame })
+    };
+    assert_eq!(reported(&with_front(&mut drive, 19, alarm)), Vec::<String>::new(), "too few frames to say");
+    let actions = with_front(&mut drive, 20, alarm);
+    assert_eq!(reported(&actions), ["false alarms of front Warning"]);
+    assert_mentions(&message(&actions), "false alarms a frame .. tracker.false_alarms_per_frame is 0.05");
+    assert!(!is_hold(&actions), "it goes on");
+}
+
+#[test]
+fn dirt_on_a_lens() {
+    let mut drive = under_way(FaultResponse::Stop);
+    let dirt =
+        |frame: CameraFrame| Some(CameraFrame { detections: CameraDetections::Bearings(vec![0.2]), ..frame });
+    let mut actions = Vec::new();
+    for _ in 0..60 {
+        drive.path.clear();
+        drive.pose.heading_radians = wrapped_radians(drive.pose.heading_radians + 0.3);
+        actions.extend(with_front(&mut drive, 1, dirt));
+    }
+    assert!(reported(&actions).contains(&"lens of front Warning".to_owned()), "{:?}", reported(&actions));
+}
+
+#[test]
 fn a_pose_that_jumps_and_one_outside_of_the_map() {
     let jumped = |drive: &mut Drive, pose: Pose| {
         drive.now_ns += STEP_NS;
