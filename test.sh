@@ -45,6 +45,4 @@ cargo build --quiet --locked --manifest-path tests/ros_peer/Cargo.toml --target-
 # The package for Python, from what cargo builds here anyway.
 VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --quiet --manifest-path python/Cargo.toml
 
-# Tests of processes wait more than they compute.
-export RUST_TEST_THREADS="${RUST_TEST_THREADS:-$(($(nproc) * 3 / 2))}"
 cargo test --workspace --features train,detector "$@"

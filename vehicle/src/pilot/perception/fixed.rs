@@ -61,10 +61,11 @@ impl FixedDetections {
             return None;
         }
         let degrees = (f64::from(place) * PLACE_RADIANS).to_degrees();
+        let (percent, side) = (share.min(1.0) * 100.0, if degrees < 0.0 { "right" } else { "left" });
         let message = format!(
-            "{:.0} % of its frames have a detection {degrees:.0} degrees left of ahead, wherever it faces: look for dirt on \
-             the lens, or parts of the vehicle",
-            share.min(1.0) * 100.0
+            "{percent:.0} % of its frames have a detection {:.0} degrees {side} of ahead, wherever it faces: look for dirt \
+             on the lens, or parts of the vehicle",
+            degrees.abs()
         );
         Some(Fault::new("fixed", &message, &[("bearing_degrees", degrees)]))
     }
