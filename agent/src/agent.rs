@@ -606,8 +606,7 @@ impl Agent {
         planned_precision: &PlannedPrecision,
         robot: Cell,
     ) -> Decision {
-        let belief =
-            self.blind_spots.removed_from(self.sightings.added_to(&self.belief), &self.config.sensor);
+        let belief = planning_belief(&self.belief, &self.sightings, &self.blind_spots, &self.config.sensor);
         let situation = Situation {
             terrain: &self.config.terrain,
             connectivity: self.config.connectivity,

@@ -59,14 +59,11 @@ impl BlindSpots {
     }
 
     /// The belief in which all blind spots are empty.
-    pub(crate) fn removed_from<'a>(&self, belief: Cow<'a, Belief>, sensor: &Sensor) -> Cow<'a, Belief> {
+    pub(crate) fn removed_from<'a>(&self, mut belief: Cow<'a, Belief>, sensor: &Sensor) -> Cow<'a, Belief> {
         let most =
             u32::try_from(sensor.footprint().len()).unwrap_or(u32::MAX).saturating_add(MORE_OBSERVATIONS);
-        let mut belief = belief;
         for (&cell, _) in self.missed.iter().filter(|&(_, &missed)| missed > most) {
-            #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
-            let variance = (1.0 / (2.0 * EMPTY_NATS)) as f32;
-            belief.to_mut().add(&Reading { cell, value: 0.0, variance });
+            belief.to_mut().add(&Reading::with_nats(cell, 0.0, EMPTY_NATS));
         }
         belief
     }

@@ -43,9 +43,7 @@ impl Sightings {
         for (&cell, &probability) in &self.cells {
             let missing_nats = (probability / (1.0 - probability)).ln() - belief.log_odds_nats(cell);
             if missing_nats > 0.0 && missing_nats.is_finite() {
-                #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
-                let variance = (1.0 / (2.0 * missing_nats)) as f32;
-                belief.to_mut().add(&Reading { cell, value: 1.0, variance });
+                belief.to_mut().add(&Reading::with_nats(cell, 1.0, missing_nats));
             }
         }
         belief

@@ -43,6 +43,13 @@ impl Reading {
         Self { cell, value: UNDECIDED, variance: MAX_VARIANCE }
     }
 
+    /// A reading of 0 or 1 with this evidence, nats: `|2 y - 1| / (2 v)`.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "readings have single precision")]
+    pub fn with_nats(cell: Cell, value: f32, nats: f64) -> Self {
+        Self { cell, value, variance: (1.0 / (2.0 * nats)) as f32 }
+    }
+
     /// Whether the reading is undecided.
     #[must_use]
     pub fn is_undecided(&self) -> bool {

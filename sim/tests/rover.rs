@@ -233,7 +233,7 @@ impl Search {
 
 /// Two standard deviations of a find's position.
 fn error_meters(find: &Find) -> f64 {
-    2.0 * find.position_covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
+    2.0 * find.std_meters()
 }
 
 fn number(name: &str, otherwise: u64) -> u64 {

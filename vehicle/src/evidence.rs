@@ -220,9 +220,9 @@ fn reading(cell: Cell, value: f32, nats: f64, least_variance: f32) -> Option<(Re
     if nats < LEAST_NATS {
         return None;
     }
-    #[expect(clippy::cast_possible_truncation, reason = "readings travel as f32")]
-    let variance = ((1.0 / (2.0 * nats)) as f32).max(least_variance).min(MAX_VARIANCE);
-    Some((Reading { cell, value, variance }, 1.0 / (2.0 * f64::from(variance))))
+    let exact = Reading::with_nats(cell, value, nats);
+    let variance = exact.variance.max(least_variance).min(MAX_VARIANCE);
+    Some((Reading { variance, ..exact }, 1.0 / (2.0 * f64::from(variance))))
 }
 
 /// Adds undecided readings of the cells where an unassigned track may be. Withdrawing earlier evidence of a cell's

@@ -133,7 +133,6 @@ impl Pilot {
         }
         if is_now {
             self.notice_silence(now_ns, &mut actions);
-            self.notice_detections(&mut actions);
             self.sense(now_ns, &mut actions);
         }
         actions.extend(self.conditions.settle(self.clock.now_ns()).into_iter().map(Action::Tell));
@@ -250,8 +249,12 @@ impl Pilot {
     /// Processes the frames whose poses are known by now.
     fn process_frames(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
         let results = self.perception.process_frames(now_ns, &self.localization, &self.terrain, &self.sensor);
-        for (name, result) in results {
-            self.judge_camera(name, result, actions);
+        for (subject, fault) in results {
+            match (subject, fault) {
+                (Subject::Camera(name), Some(fault)) => self.judge_camera(name, Err(fault), actions),
+                (subject, Some(fault)) => self.ill(subject, fault, actions),
+                (subject, None) => self.well(&subject),
+            }
         }
     }
 
@@ -306,15 +309,6 @@ impl Pilot {
         }
     }
 
-    fn notice_detections(&mut self, actions: &mut Vec<Action>) {
-        for (subject, fault) in self.perception.detection_faults() {
-            match fault {
-                Some(fault) => self.ill(subject, fault, actions),
-                None => self.well(&subject),
-            }
-        }
-    }
-
     /// Reports an observation to the agent, if there is one.
     fn sense(&mut self, now_ns: u64, actions: &mut Vec<Action>) {
         if self.conditions.is_bad(&Subject::Pose) {
@@ -335,11 +329,11 @@ impl Pilot {
             }
         };
         if self.is_worth_reporting(now_ns, cell) {
-            actions.extend(self.farewell(cell));
             // The pose was checked above.
-            if let Ok(seen) = self.observation(cell, &pose) {
+            if let Ok((last, seen)) = self.observation(cell, &pose) {
                 self.reported = Some((cell, now_ns));
-                actions.push(Action::Sensed { cell, readings: seen.readings });
+                let seen = last.into_iter().chain([seen]);
+                actions.extend(seen.map(|seen| Action::Sensed { cell: seen.from, readings: seen.readings }));
             }
         } else if let Some(seen) = self.news(now_ns) {
             actions.push(Action::Sensed { cell: seen.from, readings: seen.readings });
@@ -348,19 +342,15 @@ impl Pilot {
         actions.extend(outside.iter().map(|place| Action::Tell(diagnostic::outside(place.x, place.y))));
     }
 
-    /// What was found too late for the report of the last cell, and is out of sight from this one.
-    fn farewell(&mut self, cell: Cell) -> Option<Action> {
-        let (from, _) = self.reported.filter(|&(reported, _)| reported != cell)?;
-        let seen = self.perception.farewell(&self.terrain, &self.sensor, from, cell)?;
-        Some(Action::Sensed { cell: from, readings: seen.readings })
-    }
-
-    /// Repeating the request from the same cell is not an observation from another one.
-    fn observation(&mut self, cell: Cell, pose: &Pose) -> Result<Seen, EvidenceError> {
-        if self.leg == Leg::GivenUp && self.reported.is_some_and(|(reported, _)| reported == cell) {
-            return Ok(self.perception.observe_again(&self.terrain, &self.sensor, cell).0);
+    /// The observation of a cell and, if the vehicle has come from another one, the last one from there. Repeating the request
+    /// from the same cell is not an observation from another one.
+    fn observation(&mut self, cell: Cell, pose: &Pose) -> Result<(Option<Seen>, Seen), EvidenceError> {
+        let reported = self.reported.map(|(reported, _)| reported);
+        if self.leg == Leg::GivenUp && reported == Some(cell) {
+            return Ok((None, self.perception.observe_again(&self.terrain, &self.sensor, cell).0));
         }
-        self.perception.observation(&self.terrain, &self.sensor, pose)
+        let left = reported.filter(|&reported| reported != cell);
+        self.perception.observation(&self.terrain, &self.sensor, pose, left)
     }
 
     /// News of objects while the vehicle stands without a route.

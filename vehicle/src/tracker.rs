@@ -19,7 +19,7 @@ mod visibility;
 
 use std::collections::BTreeSet;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::assignment::{Assignment, AssignmentError, assign};
 use frame::{Frame, FrameError};
@@ -227,6 +227,11 @@ impl Tracker {
             self.tracks.push(track);
         }
     }
+}
+
+/// Standard deviation in the most uncertain direction of a covariance, square meters: meters.
+pub(crate) fn largest_std_meters(covariance: &Matrix2<f64>) -> f64 {
+    covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
 pub(crate) fn seconds_between(from_ns: u64, to_ns: u64) -> f64 {

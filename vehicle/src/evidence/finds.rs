@@ -11,8 +11,8 @@ use dragnet_search::terrain::Terrain;
 use nalgebra::{Matrix2, Vector2};
 
 use super::spread::{cell_at, over_cells};
-use crate::tracker::seconds_between;
 use crate::tracker::track::{Standing, Track, TrackId};
+use crate::tracker::{largest_std_meters, seconds_between};
 
 /// Probability of a track in a cell up to which the cell counts as empty.
 pub const NEGLIGIBLE: f64 = 1e-3;
@@ -52,6 +52,14 @@ pub struct Find {
     pub seen_ns: u64,
 }
 
+impl Find {
+    /// Standard deviation of the position in its most uncertain direction, meters.
+    #[must_use]
+    pub fn std_meters(&self) -> f64 {
+        largest_std_meters(&self.position_covariance)
+    }
+}
+
 /// All finds, and cells of unassigned tracks.
 #[derive(Clone, Debug, Default)]
 pub struct Finds {
@@ -67,8 +75,10 @@ pub struct Finds {
     /// Of each confirmed track, its standard deviation when it last became clearly smaller, meters, and the time of its
     /// last detection then.
     improved: BTreeMap<TrackId, (f64, u64)>,
-    /// Positions of objects outside of the search area, meters, and how many of them were told.
-    outside: (Vec<Vector2<f64>>, usize),
+    /// Positions of objects outside of the search area, meters.
+    outside: Vec<Vector2<f64>>,
+    /// Number of them that were told.
+    told_outside: usize,
 }
 
 impl Finds {
@@ -90,8 +100,8 @@ impl Finds {
 
     /// Removes all tracks and finds; keeps the cells that the team has declared, and what was found outside.
     pub fn restart(&mut self) {
-        let (declared, outside) = (std::mem::take(&mut self.declared), std::mem::take(&mut self.outside));
-        *self = Self { declared, outside, ..Self::default() };
+        let Self { declared, outside, told_outside, .. } = std::mem::take(self);
+        *self = Self { declared, outside, told_outside, ..Self::default() };
     }
 
     /// Updates the finds by the tracks.
@@ -131,7 +141,7 @@ impl Finds {
     }
 
     fn note_improvement(&mut self, track: &Track) {
-        let std_meters = std_meters(track);
+        let std_meters = track.std_meters();
         let (best_meters, seen_ns) = self.improved.entry(track.id()).or_insert((f64::INFINITY, 0));
         if std_meters < IMPROVED_SHARE * *best_meters {
             (*best_meters, *seen_ns) = (std_meters, track.seen_ns());
@@ -139,18 +149,17 @@ impl Finds {
     }
 
     fn note_outside(&mut self, track: &Track) {
-        let (place, std_meters) = (track.position_meters(), std_meters(track));
+        let (place, std_meters) = (track.position_meters(), track.std_meters());
         let is_known = |other: &Vector2<f64>| (other - place).norm() < OUTSIDE_METERS + SAME * std_meters;
-        if track.score_nats() >= SURE_NATS && !self.outside.0.iter().any(is_known) {
-            self.outside.0.push(place);
+        if track.score_nats() >= SURE_NATS && !self.outside.iter().any(is_known) {
+            self.outside.push(place);
         }
     }
 
     /// Positions of objects that were found outside of the search area since the last call, meters east and north.
     pub(crate) fn take_outside(&mut self) -> &[Vector2<f64>] {
-        let (places, told) = &mut self.outside;
-        let before = std::mem::replace(told, places.len());
-        &places[before..]
+        let before = std::mem::replace(&mut self.told_outside, self.outside.len());
+        &self.outside[before..]
     }
 
     /// Whether a track's position will hardly improve.
@@ -158,7 +167,7 @@ impl Finds {
         let is_idle =
             |&(_, seen_ns): &(f64, u64)| seconds_between(seen_ns, track.seen_ns()) > PATIENCE_SECONDS;
         seconds_between(track.seen_ns(), now_ns) > PASSED_SECONDS
-            || std_meters(track) <= final_meters(track)
+            || track.std_meters() <= final_meters(track)
             || self.improved.get(&track.id()).is_some_and(is_idle)
     }
 
@@ -188,7 +197,7 @@ impl Finds {
         terrain: &Terrain,
     ) -> Option<Cell> {
         let (cell, probability) = likeliest(cells, |_, _| true)?;
-        let std_meters = std_meters(track);
+        let std_meters = track.std_meters();
         // Cells may be smaller than the vehicle's own error: then no cell is better than the likeliest.
         let good_enough_meters = (PASSED_SHARE * terrain.cell_meters()).max(final_meters(track));
         let is_known = probability >= CERTAIN
@@ -230,11 +239,6 @@ impl Finds {
         };
         likeliest(cells, is_shared).map(|(cell, _)| cell)
     }
-}
-
-/// Standard deviation of a track's position in its most uncertain direction, meters.
-fn std_meters(track: &Track) -> f64 {
-    track.position_covariance().symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
 /// Standard deviation from which on a track's position hardly improves, meters.

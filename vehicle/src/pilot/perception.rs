@@ -7,6 +7,7 @@
 mod false_alarms;
 mod fixed;
 mod waiting;
+mod window;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -75,7 +76,7 @@ impl Perception {
                 received_ns: None,
                 stamp_ns: None,
                 is_good: false,
-                false_alarms: FalseAlarms::default(),
+                false_alarms: FalseAlarms::new(settings.tracker.false_alarms_per_frame),
                 fixed: FixedDetections::default(),
             })
             .collect();
@@ -137,20 +138,6 @@ impl Perception {
         self.eyes.iter().map(|eye| (eye.camera.settings().name.clone(), silence(eye))).collect()
     }
 
-    /// What is wrong with each camera's detections, if anything: more false alarms than the settings say, and some that
-    /// turn with it.
-    pub(super) fn detection_faults(&self) -> Vec<(Subject, Option<Fault>)> {
-        let expected = self.tracker_settings.false_alarms_per_frame;
-        let faults = |eye: &Eye| {
-            let name = &eye.camera.settings().name;
-            [
-                (Subject::FalseAlarms(name.clone()), eye.false_alarms.fault(expected)),
-                (Subject::Lens(name.clone()), eye.fixed.fault()),
-            ]
-        };
-        self.eyes.iter().flat_map(faults).collect()
-    }
-
     /// Whether a camera's last frame was valid.
     pub(super) fn is_good(&self, name: &str) -> bool {
         self.by_name.get(name).is_some_and(|&index| self.eyes[index].is_good)
@@ -192,14 +179,15 @@ impl Perception {
         result
     }
 
-    /// Processes all frames whose turn it is; returns the faults of those that are invalid.
+    /// Processes all frames whose turn it is; returns the faults of those that are invalid, and what the detections of the
+    /// others say of their cameras: more false alarms than in the settings, and some that turn with the camera.
     pub(super) fn process_frames(
         &mut self,
         now_ns: u64,
         localization: &Localization,
         terrain: &Terrain,
         sensor: &Sensor,
-    ) -> Vec<(String, Result<(), Fault>)> {
+    ) -> Vec<(Subject, Option<Fault>)> {
         let mut results = Vec::new();
         while let Some(time_ns) = self.waiting.next_ns(now_ns) {
             let at = localization.at(time_ns);
@@ -220,9 +208,13 @@ impl Perception {
                     ))
                 }
             };
-            if result.is_err() {
-                self.eyes[index].is_good = false;
-                results.push((frame.camera, result));
+            let eye = &mut self.eyes[index];
+            if let Err(fault) = result {
+                eye.is_good = false;
+                results.push((Subject::Camera(frame.camera), Some(fault)));
+            } else {
+                results.push((Subject::FalseAlarms(frame.camera.clone()), eye.false_alarms.fault()));
+                results.push((Subject::Lens(frame.camera), eye.fixed.fault()));
             }
         }
         results
@@ -263,26 +255,26 @@ impl Perception {
         let outcome = self.tracker.handle_where_unseen(&frame, &unseen).map_err(|error| refused(&error))?;
         let eye = &mut self.eyes[index];
         eye.fixed.add(head.heading_radians, &detections.bearings_radians);
-        eye.false_alarms.add(
-            outcome.born.len(),
-            outcome.confirmed.len(),
-            self.tracker_settings.false_alarms_per_frame,
-        );
+        eye.false_alarms.add(outcome.born.len(), outcome.confirmed.len());
         self.accounts.add(terrain, sensor, &frame.view, self.tracker_settings.miss_probability);
         Ok(())
     }
 
-    /// Ends an observation: returns its readings from the vehicle's position.
+    /// Ends an observation: returns its readings from the vehicle's position and, if it has left a cell, the last ones from
+    /// there.
     pub(super) fn observation(
         &mut self,
         terrain: &Terrain,
         sensor: &Sensor,
         vehicle: &Pose,
-    ) -> Result<Seen, EvidenceError> {
+        left: Option<Cell>,
+    ) -> Result<(Option<Seen>, Seen), EvidenceError> {
         self.place_tracks(terrain);
+        let here = evidence::standing_cell(terrain, vehicle)?;
+        let last = left.and_then(|left| self.farewell(terrain, sensor, left, here));
         let seen = evidence::readings(terrain, sensor, vehicle, &mut self.finds, &mut self.accounts)?;
         self.has_undecided = seen.has_undecided();
-        Ok(seen)
+        Ok((last, seen))
     }
 
     /// News of objects while the vehicle still stands in the cell of the last observation, if there is any.
@@ -294,16 +286,9 @@ impl Perception {
         (seen, is_news)
     }
 
-    /// The last readings from the cell that the vehicle leaves, if an object that it does not see from the next one is
+    /// The last readings from a cell that the vehicle has left, if an object that it does not see from the next one is
     /// not published yet.
-    pub(super) fn farewell(
-        &mut self,
-        terrain: &Terrain,
-        sensor: &Sensor,
-        from: Cell,
-        to: Cell,
-    ) -> Option<Seen> {
-        self.place_tracks(terrain);
+    fn farewell(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell, to: Cell) -> Option<Seen> {
         let is_out_of_sight = |cell| terrain.grid().manhattan(to, cell) > sensor.radius();
         let Self { finds, accounts, .. } = self;
         if !evidence::unpublished(finds, accounts).any(is_out_of_sight) {

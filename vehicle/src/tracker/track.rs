@@ -19,10 +19,10 @@ use super::cubature::{BearingMeasurement, Gaussian};
 use super::frame::Frame;
 use super::mixture::{Mixture, Reach};
 use super::pose_error::PoseError;
-use super::seconds_between;
 use super::settings::Settings;
 use super::view_share::{SEEN_OUTSIDE, mean_over, seen_in};
 use super::visibility::Missed;
+use super::{largest_std_meters, seconds_between};
 use crate::camera::View;
 use dragnet_lattice::plane::{bearing_radians, turn_radians};
 
@@ -204,6 +204,12 @@ impl Track {
         self.estimate().place_covariance() + Matrix2::identity() * self.lasting_std_meters.powi(2)
     }
 
+    /// Standard deviation of the position in its most uncertain direction, meters.
+    #[must_use]
+    pub fn std_meters(&self) -> f64 {
+        largest_std_meters(&self.position_covariance())
+    }
+
     /// Lasting standard deviation of each coordinate, meters, which no number of bearings reduces.
     #[must_use]
     pub const fn lasting_std_meters(&self) -> f64 {
@@ -330,7 +336,7 @@ impl Track {
         };
         let estimate = self.estimate();
         let max_range_meters = (estimate.position_meters() - measurement.from_meters).norm();
-        let std_meters = estimate.place_covariance().symmetric_eigenvalues().max().max(0.0).sqrt();
+        let std_meters = largest_std_meters(&estimate.place_covariance());
         if max_range_meters > min_range_meters && std_meters > KNOWN_SHARE * max_range_meters {
             let nearer = Mixture::born(
                 &measurement,

@@ -347,7 +347,7 @@ fn seconds(time_ns: u64) -> f64 {
 
 /// Two standard deviations of a find's position.
 fn error_meters(find: &Find) -> f64 {
-    2.0 * find.position_covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
+    2.0 * find.std_meters()
 }
 
 /// Distance of a point from a cell.

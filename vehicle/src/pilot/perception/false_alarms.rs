@@ -3,12 +3,9 @@
 //! Each detection that no track explains begins one, and a false alarm's track is never confirmed. Too many of them are
 //! confirmed all the same if the settings promise few: then wrong cells are declared.
 
+use super::window::{KEPT, Window};
 use crate::pilot::diagnostic::Fault;
 
-/// Frames over which detections are counted: older ones count less and less.
-const FRAMES: f64 = 300.0;
-/// Frames before which nothing is said.
-const LEAST_FRAMES: f64 = 100.0;
 /// Factor by which there may be more false alarms than the settings say,
 const TOLERANCE: f64 = 2.0;
 /// and standard deviations of their number beyond it. The fault lasts until there are no more than they say: tracks of
@@ -16,35 +13,39 @@ const TOLERANCE: f64 = 2.0;
 const DEVIATIONS: f64 = 4.0;
 
 /// The counts of one camera.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct FalseAlarms {
-    frames: f64,
+    expected_per_frame: f64,
+    window: Window,
     alarms: f64,
     are_many: bool,
 }
 
 impl FalseAlarms {
-    /// Adds a frame, with the numbers of tracks that it begins and that it confirms, of a camera of which so many false
-    /// alarms are expected in each.
-    pub(super) fn add(&mut self, born: usize, confirmed: usize, expected_per_frame: f64) {
-        let kept = 1.0 - 1.0 / FRAMES;
-        self.frames = self.frames * kept + 1.0;
-        self.alarms = (self.alarms * kept + born as f64 - confirmed as f64).max(0.0);
-        let expected = expected_per_frame * self.frames;
+    /// No frames yet of a camera with so many false alarms in each, by its settings.
+    pub(super) fn new(expected_per_frame: f64) -> Self {
+        Self { expected_per_frame, window: Window::default(), alarms: 0.0, are_many: false }
+    }
+
+    /// Adds a frame, with the numbers of tracks that it begins and that it confirms.
+    pub(super) fn add(&mut self, born: usize, confirmed: usize) {
+        self.window.add();
+        self.alarms = (self.alarms * KEPT + born as f64 - confirmed as f64).max(0.0);
+        let expected = self.expected_per_frame * self.window.frames();
         let most = TOLERANCE * expected;
-        self.are_many = self.frames >= LEAST_FRAMES
+        self.are_many = self.window.is_enough()
             && self.alarms > if self.are_many { expected } else { most + DEVIATIONS * most.sqrt() };
     }
 
-    /// What is wrong if more false alarms are seen than the settings say, a number per frame.
-    pub(super) fn fault(&self, expected_per_frame: f64) -> Option<Fault> {
+    /// What is wrong if more false alarms are seen than the settings say.
+    pub(super) fn fault(&self) -> Option<Fault> {
         if !self.are_many {
             return None;
         }
-        let per_frame = self.alarms / self.frames;
+        let (per_frame, expected) = (self.alarms / self.window.frames(), self.expected_per_frame);
         let message = format!(
-            "{per_frame:.2} false alarms a frame, and tracker.false_alarms_per_frame is {expected_per_frame}: objects may \
-             be declared where none are; set it, or raise the detector's threshold"
+            "{per_frame:.2} false alarms a frame, and tracker.false_alarms_per_frame is {expected}: objects may be declared \
+             where none are; set it, or raise the detector's threshold"
         );
         Some(Fault::new("more", &message, &[("false_alarms_per_frame", per_frame)]))
     }
@@ -56,11 +57,11 @@ mod tests {
 
     /// Frames of which each `period`th begins a track, and each `real`th confirms one.
     fn fault(frames: usize, period: usize, real: usize) -> Option<Fault> {
-        let mut alarms = FalseAlarms::default();
+        let mut alarms = FalseAlarms::new(0.05);
         for frame in 1..=frames {
-            alarms.add(usize::from(frame % period == 0), usize::from(frame % real == 0), 0.05);
+            alarms.add(usize::from(frame % period == 0), usize::from(frame % real == 0));
         }
-        alarms.fault(0.05)
+        alarms.fault()
     }
 
     #[test]

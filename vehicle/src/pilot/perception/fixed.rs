@@ -4,23 +4,20 @@ use std::collections::BTreeMap;
 
 use dragnet_lattice::plane::turn_radians;
 
+use super::window::{KEPT, Window};
 use crate::pilot::diagnostic::Fault;
 
-/// Frames over which detections are counted: older ones count less and less.
-const FRAMES: f64 = 300.0;
 /// Width of a place in the image, radians.
 const PLACE_RADIANS: f64 = 0.03;
 /// Share of the frames with a detection at one place from which it is of no object,
 const LEAST_SHARE: f64 = 0.7;
-/// frames before which nothing is said,
-const LEAST_FRAMES: f64 = 100.0;
 /// and how far the camera has to turn meanwhile, radians.
 const LEAST_TURN_RADIANS: f64 = std::f64::consts::PI;
 
 /// The places of one camera's detections.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FixedDetections {
-    frames: f64,
+    window: Window,
     turned_radians: f64,
     heading_radians: Option<f64>,
     /// Number of frames with a detection at each place.
@@ -31,12 +28,11 @@ impl FixedDetections {
     /// Adds a frame of a camera that faces this way, with the bearings of its detections relative to that.
     #[expect(clippy::cast_possible_truncation, reason = "bearings are angles")]
     pub(super) fn add(&mut self, heading_radians: f64, bearings_radians: &[f64]) {
-        let kept = 1.0 - 1.0 / FRAMES;
         let before = self.heading_radians.replace(heading_radians).unwrap_or(heading_radians);
-        self.frames = self.frames * kept + 1.0;
-        self.turned_radians = self.turned_radians * kept + turn_radians(before, heading_radians).abs();
+        self.window.add();
+        self.turned_radians = self.turned_radians * KEPT + turn_radians(before, heading_radians).abs();
         self.places.retain(|_, count| {
-            *count *= kept;
+            *count *= KEPT;
             *count > 0.01
         });
         let mut places: Vec<i32> =
@@ -50,12 +46,13 @@ impl FixedDetections {
 
     /// What is wrong if there is such a detection.
     pub(super) fn fault(&self) -> Option<Fault> {
-        if self.frames < LEAST_FRAMES || self.turned_radians < LEAST_TURN_RADIANS {
+        if !self.window.is_enough() || self.turned_radians < LEAST_TURN_RADIANS {
             return None;
         }
+        let frames = self.window.frames();
         // On the border of two places it is in either.
         let beside = |place: i32| self.places.get(&(place + 1)).unwrap_or(&0.0);
-        let shares = self.places.iter().map(|(&place, count)| (place, (count + beside(place)) / self.frames));
+        let shares = self.places.iter().map(|(&place, count)| (place, (count + beside(place)) / frames));
         let (place, share) = shares.max_by(|a, b| a.1.total_cmp(&b.1))?;
         if share < LEAST_SHARE {
             return None;
