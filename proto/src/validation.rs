@@ -243,21 +243,27 @@ impl Limits {
         if !self.terrain.is_traversable(observation.from) {
             return Err(Rejection::Blocked);
         }
-        let mut seen = BTreeSet::new();
+        let (grid, radius) = (self.terrain.grid(), self.sensor.radius());
+        // Of the square around the robot that holds all cells in sight, row by row.
+        let side = 2 * radius + 1;
+        let mut is_seen = vec![false; (side * side) as usize];
+        let robot = grid.position(observation.from);
         for reading in &observation.readings {
-            if !seen.insert(reading.cell) {
+            let cell = grid.position(reading.cell);
+            let distance = cell.row.abs_diff(robot.row) + cell.column.abs_diff(robot.column);
+            if distance > radius {
+                return Err(Rejection::OutOfSight);
+            }
+            let place = (cell.row + radius - robot.row) * side + (cell.column + radius - robot.column);
+            if std::mem::replace(&mut is_seen[place as usize], true) {
                 return Err(Rejection::Repeated);
             }
-            self.check_reading(observation, reading)?;
+            self.check_reading(distance, reading)?;
         }
         Ok(())
     }
 
-    fn check_reading(&self, observation: &Observation, reading: &Reading) -> Result<(), Rejection> {
-        let distance = self.terrain.grid().manhattan(observation.from, reading.cell);
-        if distance > self.sensor.radius() {
-            return Err(Rejection::OutOfSight);
-        }
+    fn check_reading(&self, distance: u32, reading: &Reading) -> Result<(), Rejection> {
         if reading.variance < self.sensor.variance(distance) * (1.0 - VARIANCE_TOLERANCE) {
             return Err(Rejection::TooPrecise);
         }

@@ -89,11 +89,10 @@ impl Reading {
 
     /// Like [`Reading::evidence`], with the precision `1 / variance` (units of evidence) already computed.
     #[must_use]
-    #[expect(clippy::cast_possible_truncation, reason = "in range by is_valid")]
     #[inline]
     pub fn evidence_of(&self, precision: i64) -> CellEvidence {
         debug_assert_eq!(precision, precision_units(self.variance));
-        let weighted_sum = (f64::from(self.value) * UNITS / f64::from(self.variance)).round() as i64;
+        let weighted_sum = whole_units(f64::from(self.value) * UNITS / f64::from(self.variance));
         CellEvidence { precision, weighted_sum }
     }
 }
@@ -112,9 +111,18 @@ pub fn value_step(variance: f32) -> f32 {
 
 /// `1 / variance` in units.
 #[must_use]
-#[expect(clippy::cast_possible_truncation, reason = "at most 2^36 over the range of variances")]
 pub fn precision_units(variance: f32) -> i64 {
-    (UNITS / f64::from(variance)).round() as i64
+    whole_units(UNITS / f64::from(variance))
+}
+
+/// The nearest integer, halves away from zero: `units.round() as i64`, without the call that processors before SSE 4.1 need.
+#[expect(clippy::cast_possible_truncation, reason = "saturates, as that does")]
+#[inline]
+fn whole_units(units: f64) -> i64 {
+    let toward_zero = units as i64;
+    // Exact: a fraction has no more digits than its number.
+    let rest = units - toward_zero as f64;
+    toward_zero.saturating_add(i64::from(rest >= 0.5) - i64::from(rest <= -0.5))
 }
 
 /// The evidence of one cell, in units of 1/65,536.
@@ -224,6 +232,29 @@ mod tests {
     fn reading(value: f32, variance: f32) -> Reading {
         let cell = Grid::new(1, 1).unwrap().cells().next().unwrap();
         Reading { cell, value, variance }
+    }
+
+    #[test]
+    fn whole_units_are_rounded_as_round_does() {
+        let (below, above) = (0.5_f64.next_down(), 0.5_f64.next_up());
+        let edges =
+            [0.0, 0.5, below, above, 1.5, 2.5, 2f64.powi(52) - 0.5, 2f64.powi(53), 1e300, f64::INFINITY];
+        for units in edges.into_iter().flat_map(|edge| [edge, -edge]).chain([f64::NAN]) {
+            #[expect(clippy::cast_possible_truncation, reason = "the definition")]
+            let expected = units.round() as i64;
+            assert_eq!(whole_units(units), expected, "{units}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn all_whole_units_are_rounded_as_round_does(bits: u64, near in -1e7_f64..1e7, halves in -1_000_000_i32..1_000_000) {
+            for units in [f64::from_bits(bits), near, f64::from(halves) / 2.0] {
+                #[expect(clippy::cast_possible_truncation, reason = "the definition")]
+                let expected = units.round() as i64;
+                prop_assert_eq!(whole_units(units), expected);
+            }
+        }
     }
 
     #[test]

@@ -216,6 +216,8 @@ pub(crate) struct Simulation<C: Participants, S> {
     codec: Codec,
     /// By [`Simulation::place`]; empty if messages take no time.
     radios: Vec<Radio<C::MessageRef>>,
+    /// Whether what is sent is counted by kind.
+    is_traffic_counted: bool,
     traffic: Traffic,
     queue: Queue<SimEvent<C::MessageRef>>,
     members: Vec<Member>,
@@ -262,6 +264,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             network: Network::new(scenario.network().clone(), seed),
             codec: Codec::simulated(scenario),
             radios,
+            is_traffic_counted: true,
             traffic: Traffic::default(),
             queue: Queue::new(),
             members,

@@ -4,6 +4,7 @@
 //! no messages and no queue of events: it makes hundreds of thousands of moves per second. [`field`] holds the data
 //! that all searches of a scenario share, [`features`] what a learner observes.
 
+pub(crate) mod changes;
 pub mod features;
 pub mod field;
 
@@ -11,15 +12,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::belief::{Belief, entropy_nats};
+use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
-use dragnet_search::route::ShortestPathTree;
 
 use crate::simulation::End;
 use crate::world::World;
+use changes::{ChangedCells, Entropies};
 use features::{Layout, View};
 pub use field::{Control, Field};
 
@@ -70,12 +71,12 @@ pub struct SingleRobotEnv {
     /// Every cell that the robot was in, the start cell first.
     track: Vec<Cell>,
     ended: Option<Ended>,
-    /// Entropy of each cell, nats, shape `[cells]`; empty unless it is the reward.
-    entropy_nats: Vec<f64>,
+    /// `None` unless it is the reward.
+    entropies: Option<Entropies>,
     /// The reward of the action so far.
     worth: f64,
-    /// Cells observed since the last drawing, possibly repeated.
-    seen: Vec<Cell>,
+    /// Cells observed since the last drawing.
+    seen: ChangedCells,
     /// The robot's cell at that drawing.
     drawn: Cell,
     readings: Vec<Reading>,
@@ -87,13 +88,8 @@ impl SingleRobotEnv {
     #[must_use]
     pub fn new(field: Arc<Field>, terms: Terms, seed: u64) -> Self {
         let world = World::new(field.scenario(), seed);
-        let terrain = field.scenario().terrain();
-        let entropy_nats = match terms.reward {
-            Reward::Entropy => {
-                terrain.grid().cells().map(|cell| entropy_nats(world.merged().log_odds_nats(cell))).collect()
-            }
-            Reward::Found | Reward::F1 => Vec::new(),
-        };
+        let grid = field.scenario().terrain().grid();
+        let entropies = (terms.reward == Reward::Entropy).then(|| Entropies::of(grid, world.merged()));
         let mut env = Self {
             terms,
             now: MissionTime::START,
@@ -101,9 +97,9 @@ impl SingleRobotEnv {
             is_before_heartbeat: false,
             track: vec![world.body(ROBOT).cell],
             ended: None,
-            entropy_nats,
+            entropies,
             worth: 0.0,
-            seen: Vec::new(),
+            seen: ChangedCells::new(grid),
             drawn: world.body(ROBOT).cell,
             readings: Vec::new(),
             found: Vec::new(),
@@ -125,8 +121,7 @@ impl SingleRobotEnv {
     pub fn go(&mut self, to: Cell) -> f64 {
         self.act(|env| {
             let scenario = env.field.scenario();
-            let path =
-                ShortestPathTree::from(scenario.terrain(), scenario.connectivity(), env.cell()).path(to);
+            let path = env.field.path(env.cell(), to);
             let replan_after_cells = scenario.robots()[0].policy.replan_after_cells;
             let most = replan_after_cells.map_or(usize::MAX, |cells| cells.get() as usize);
             for cell in path.into_iter().take(most) {
@@ -194,10 +189,13 @@ impl SingleRobotEnv {
         self.readings.clear();
         self.found.clear();
         self.world.sense_into(ROBOT, &mut self.readings, &mut self.found);
-        self.seen.extend(self.readings.iter().map(|reading| reading.cell));
+        let seen = self.readings.iter().map(|reading| reading.cell);
+        self.seen.extend(seen.clone());
         let after = self.world.score();
         self.worth += match self.terms.reward {
-            Reward::Entropy => self.entropy_removed(),
+            Reward::Entropy => {
+                self.entropies.as_mut().map_or(0.0, |it| it.removed(self.world.merged(), seen))
+            }
             Reward::Found => f64::from(after.true_positives) - f64::from(before.true_positives),
             Reward::F1 => after.f1() - before.f1(),
         };
@@ -206,17 +204,6 @@ impl SingleRobotEnv {
         } else {
             self.rest();
         }
-    }
-
-    fn entropy_removed(&mut self) -> f64 {
-        let mut removed = 0.0;
-        for reading in &self.readings {
-            let entropy = &mut self.entropy_nats[reading.cell.index()];
-            let now = entropy_nats(self.world.merged().log_odds_nats(reading.cell));
-            removed += *entropy - now;
-            *entropy = now;
-        }
-        removed
     }
 
     /// Ends a search whose budget is spent, or without informative observations left.
@@ -244,7 +231,7 @@ impl SingleRobotEnv {
 
     /// Writes what changed since the last call.
     pub fn redraw(&mut self, layout: &Layout, numbers: &mut [f32]) {
-        layout.redraw(&self.field, &self.view(), self.drawn, &self.seen, numbers);
+        layout.redraw(&self.field, &self.view(), self.drawn, self.seen.cells(), numbers);
         self.seen.clear();
         self.drawn = self.cell();
     }

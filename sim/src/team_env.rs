@@ -3,27 +3,26 @@
 //! Everything else is simulated as in an episode: agents exchange observations and repair lost ones over the scenario's
 //! network with its faults, robots crash, and each robot has its own belief.
 
+mod idle;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, AgentConfig};
-use dragnet_proto::message::Message;
-use dragnet_proto::state_machine::{Effects, Event, ParticipantError};
+use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
-use dragnet_search::policy::{Decision, Policy};
-use dragnet_search::seed::Stream;
-use dragnet_search::situation::Situation;
 
 use crate::faults::{Crash, Faults};
-use crate::participants::{LocalParticipants, Participants};
 use crate::simulation::{End, Membership, Rules, Simulation, StepContext};
+use crate::single_robot_env::changes::{ChangedCells, Entropies};
+use crate::single_robot_env::features::{Layout, View};
 use crate::single_robot_env::{Field, Reward};
+use idle::{IdleRobots, Still};
 
 /// One move of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,8 +55,16 @@ pub struct TeamEnv {
     /// Path length that each robot has waited for, cells.
     waited_cells: Vec<f64>,
     termination_reasons: Vec<TerminationReason>,
-    /// The rewards of the moves so far, from an arbitrary start.
+    /// Every cell that each robot was in, its start cell first.
+    tracks: Vec<Vec<Cell>>,
+    /// `None` unless it is the reward.
+    entropies: Option<Entropies>,
+    /// What the reward measures, but for the entropy.
     worth: f64,
+    /// Cells of the merged belief that have changed since [`TeamEnv::draw_known`] or [`TeamEnv::redraw_known`].
+    observed: ChangedCells,
+    /// The cell of each robot when it was drawn last.
+    drawn: Vec<Cell>,
 }
 
 impl TeamEnv {
@@ -72,24 +79,37 @@ impl TeamEnv {
         seed: u64,
     ) -> Result<Self, ParticipantError> {
         let scenario = field.scenario();
+        let (robots, grid) = (scenario.robots().len(), scenario.terrain().grid());
         let config = AgentConfig::of_team(scenario, seed).into_iter();
-        let puppets =
-            IdleRobots { robots: config.map(|it| Agent::with_policy(it, Box::new(Still))).collect() };
+        let robot = |config| Agent::with_policy(config, Box::new(Still)).without_digests();
+        let puppets = IdleRobots {
+            robots: config.map(robot).collect(),
+            learned: vec![ChangedCells::new(grid); robots],
+            sensed: Vec::new(),
+        };
         let rules = Rules { end: End::AllFound, coordinator: Membership::Absent };
         let crash = |(&robot, &at)| (Participant::Robot(robot), Crash { at, back: None });
         let faults = Faults { crashes: crashes.iter().map(crash).collect(), ..Faults::default() };
         let nobody: fn(MissionTime, StepContext) = |_, _| ();
-        let mut simulation = Simulation::new(scenario, seed, rules, puppets, nobody).with_faults(faults);
+        let mut simulation =
+            Simulation::new(scenario, seed, rules, puppets, nobody).with_faults(faults).without_traffic();
         simulation.begin()?;
         let now = simulation.run_on(MissionTime::START)?;
-        let robots = scenario.robots().len();
+        simulation.participants_mut().sensed.clear();
+        let world = simulation.world();
+        let entropies = (reward == Reward::Entropy).then(|| Entropies::of(grid, world.merged()));
+        let starts: Vec<Cell> = scenario.robots().iter().map(|robot| world.body(robot.id).cell).collect();
         let mut env = Self {
             reward,
-            simulation,
             now,
             waited_cells: vec![0.0; robots],
             termination_reasons: vec![TerminationReason::Searching; robots],
+            tracks: starts.iter().map(|&start| vec![start]).collect(),
+            entropies,
             worth: 0.0,
+            observed: ChangedCells::new(grid),
+            drawn: starts,
+            simulation,
             field,
         };
         env.judge();
@@ -114,9 +134,25 @@ impl TeamEnv {
         }
         let until = self.now + self.simulation.world().time_over(1.0, speed);
         self.now = self.simulation.run_on(until)?;
+        for place in 0..self.tracks.len() {
+            let cell = self.cell(place);
+            if self.tracks[place].last() != Some(&cell) {
+                self.tracks[place].push(cell);
+            }
+        }
         self.judge();
+        Ok(self.gain())
+    }
+
+    /// The reward of the last move.
+    fn gain(&mut self) -> f64 {
+        let sensed = std::mem::take(&mut self.simulation.participants_mut().sensed);
+        let removed = self.entropies.as_mut().map_or(0.0, |entropies| {
+            entropies.removed(self.simulation.world().merged(), sensed.iter().copied())
+        });
+        self.observed.extend(sensed);
         let worth = self.measure();
-        Ok(worth - std::mem::replace(&mut self.worth, worth))
+        removed + (worth - std::mem::replace(&mut self.worth, worth))
     }
 
     fn judge(&mut self) {
@@ -143,9 +179,7 @@ impl TeamEnv {
     fn measure(&self) -> f64 {
         let score = self.score();
         match self.reward {
-            Reward::Entropy => {
-                -self.simulation.world().merged().entropy_nats(self.field.scenario().terrain())
-            }
+            Reward::Entropy => 0.0,
             Reward::Found => f64::from(score.true_positives),
             Reward::F1 => score.f1(),
         }
@@ -153,6 +187,57 @@ impl TeamEnv {
 
     fn robot(&self, place: usize) -> RobotId {
         self.field.scenario().robots()[place].id
+    }
+
+    /// Writes all features of what a robot knows, in the map's frame, shape as in [`Layout::drawn_len`].
+    pub fn draw(&mut self, place: usize, layout: &Layout, numbers: &mut [f32]) {
+        layout.draw(&self.field, &self.view(place, &self.teammates(place)), numbers);
+        self.settle(place);
+    }
+
+    /// Writes what changed since the last call for this robot.
+    pub fn redraw(&mut self, place: usize, layout: &Layout, numbers: &mut [f32]) {
+        let cells = self.simulation.participants().learned[place].cells();
+        let teammates = self.teammates(place);
+        layout.redraw(&self.field, &self.view(place, &teammates), self.drawn[place], cells, numbers);
+        self.settle(place);
+    }
+
+    fn settle(&mut self, place: usize) {
+        self.drawn[place] = self.cell(place);
+        self.simulation.participants_mut().learned[place].clear();
+    }
+
+    /// Writes all features of what the whole team knows, by a layout [of a team](Layout::of_team).
+    pub fn draw_known(&mut self, layout: &Layout, numbers: &mut [f32]) {
+        let view = View { belief: self.merged(), ..self.view(0, &[]) };
+        layout.draw(&self.field, &view, numbers);
+        self.observed.clear();
+    }
+
+    /// Writes what of it changed since the last call.
+    pub fn redraw_known(&mut self, layout: &Layout, numbers: &mut [f32]) {
+        let view = View { belief: self.merged(), ..self.view(0, &[]) };
+        layout.redraw(&self.field, &view, view.robot, self.observed.cells(), numbers);
+        self.observed.clear();
+    }
+
+    /// What a robot knows, but for its [teammates](TeamEnv::teammates).
+    #[must_use]
+    pub fn view<'a>(&'a self, place: usize, teammates: &'a [Cell]) -> View<'a> {
+        View {
+            belief: self.belief(place),
+            robot: self.cell(place),
+            budget: self.field.budget(self.remaining_meters(place)),
+            teammates,
+        }
+    }
+
+    /// The cells in which a robot last heard its teammates to be.
+    #[must_use]
+    pub fn teammates(&self, place: usize) -> Vec<Cell> {
+        let others = (0..self.tracks.len()).filter(|&other| other != place);
+        others.filter_map(|other| self.received(place, other)).collect()
     }
 
     /// The data that all searches of the scenario share.
@@ -171,6 +256,12 @@ impl TeamEnv {
     #[must_use]
     pub fn cell(&self, place: usize) -> Cell {
         self.simulation.world().body(self.robot(place)).cell
+    }
+
+    /// Every cell that a robot was in after a move, in order from its start.
+    #[must_use]
+    pub fn track(&self, place: usize) -> &[Cell] {
+        &self.tracks[place]
     }
 
     /// Path length of a robot, cells.
@@ -233,121 +324,5 @@ impl TeamEnv {
     }
 }
 
-/// Robots that do not move by themselves.
-struct IdleRobots {
-    robots: Vec<Agent>,
-}
-
-impl Participants for IdleRobots {
-    type MessageRef = Message;
-    type Error = ParticipantError;
-
-    fn step(
-        &mut self,
-        participant: Participant,
-        now: MissionTime,
-        event: Event<Message>,
-    ) -> Result<Effects<Message>, ParticipantError> {
-        let effects = LocalParticipants::new(&mut self.robots, None).step(participant, now, event)?;
-        Ok(Effects { route: None, ..effects })
-    }
-
-    fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {
-        LocalParticipants::new(&mut self.robots, None).digest(participant, now)
-    }
-}
-
-/// A policy that does not move.
-struct Still;
-
-impl Policy for Still {
-    fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        Decision { chosen: situation.robot, path: Vec::new(), scores: Vec::new() }
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use std::path::Path;
-    use std::time::Duration;
-
-    use dragnet_scenario::Scenario;
-
-    use super::*;
-    use crate::single_robot_env::{SingleRobotEnv, Terms};
-
-    fn field(robots: u32, rest: &str) -> Arc<Field> {
-        let text = format!(
-            "name = 'a'\nmap = {{ shape = 'all_traversable', rows = 24, columns = 24, cell_meters = 20.0 }}\n\
-             sensor.radius = 2\nobjects.count = 9\nrobots = {{ count = {robots}, start = 'scattered' }}\n{rest}"
-        );
-        Arc::new(Field::new(Scenario::from_text(Path::new("a.toml"), text).unwrap()))
-    }
-
-    /// The first available step of each robot, counting from a different one each time.
-    fn moves(env: &TeamEnv, turn: usize) -> Vec<Move> {
-        let step = |place| {
-            let open = |step| env.field().neighbor(env.cell(place), (step + turn / 3) % 4);
-            Move::To((0..4).find_map(open).unwrap())
-        };
-        (0..env.termination_reasons().len()).map(step).collect()
-    }
-
-    fn run(field: &Arc<Field>, crashes: &BTreeMap<RobotId, MissionTime>) -> (TeamEnv, u32) {
-        let mut env = TeamEnv::new(Arc::clone(field), Reward::Entropy, crashes, 3).unwrap();
-        let (mut turn, mut differing) = (0, 0);
-        while env.termination_reasons().contains(&TerminationReason::Searching) {
-            env.step(&moves(&env, turn)).unwrap();
-            turn += 1;
-            differing += u32::from(env.belief(0).digest() != env.belief(1).digest());
-        }
-        (env, differing)
-    }
-
-    const BUDGET: &str = "mission.budget_meters = 900.0\n";
-
-    #[test]
-    fn without_faults_all_beliefs_are_equal_after_each_move() {
-        let (env, differing) = run(&field(3, BUDGET), &BTreeMap::new());
-        assert_eq!(differing, 0);
-        assert_eq!(env.belief(2).digest(), env.merged().digest());
-        assert_eq!(env.received(0, 1), Some(env.cell(1)));
-    }
-
-    #[test]
-    fn lost_and_late_observations_count_later() {
-        let network = format!("{BUDGET}network = {{ loss = 0.5, delay_seconds = 15.0 }}\n");
-        let (_, differing) = run(&field(3, &network), &BTreeMap::new());
-        assert!(differing > 10, "{differing}");
-    }
-
-    #[test]
-    fn a_crashed_robot_is_out_and_the_others_go_on() {
-        let at = MissionTime::START + Duration::from_secs(95);
-        let (env, _) = run(&field(3, BUDGET), &BTreeMap::from([(RobotId::new(2).unwrap(), at)]));
-        assert_eq!(env.termination_reasons()[1], TerminationReason::Crashed);
-        // Ten seconds per cell: it had entered nine.
-        assert!((env.path_cells(1) - 9.0).abs() < 1e-9);
-        assert!(env.path_cells(0) > 10.0);
-    }
-
-    #[test]
-    fn a_team_of_one_sees_what_one_robot_sees() {
-        let field = field(1, BUDGET);
-        let terms = Terms { end: End::AllFound, reward: Reward::Entropy };
-        let mut single = SingleRobotEnv::new(Arc::clone(&field), terms, 8);
-        let mut env = TeamEnv::new(Arc::clone(&field), Reward::Entropy, &BTreeMap::new(), 8).unwrap();
-        let mut turn = 0;
-        while single.ended().is_none() {
-            let moves = moves(&env, turn);
-            let Move::To(cell) = moves[0] else { unreachable!() };
-            let (one, team) = (single.step(cell), env.step(&moves).unwrap());
-            assert!((one - team).abs() < 1e-9);
-            assert_eq!(single.belief().digest(), env.belief(0).digest());
-            assert_eq!(single.now(), env.now());
-            turn += 1;
-        }
-        assert_ne!(env.termination_reasons()[0], TerminationReason::Searching);
-        assert!(turn > 10);
-    }
-}
+mod tests;

@@ -9,6 +9,11 @@ use crate::participants::Participants;
 use crate::world::World;
 
 impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
+    /// The same, without counting what is sent: to know their sizes, messages have to be encoded.
+    pub(crate) fn without_traffic(self) -> Self {
+        Self { is_traffic_counted: false, ..self }
+    }
+
     /// Every robot observes from its start cell.
     pub(crate) fn begin(&mut self) -> Result<(), C::Error> {
         self.start()
@@ -49,5 +54,9 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
 
     pub(crate) const fn participants(&self) -> &C {
         &self.participants
+    }
+
+    pub(crate) const fn participants_mut(&mut self) -> &mut C {
+        &mut self.participants
     }
 }

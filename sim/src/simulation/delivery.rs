@@ -23,6 +23,9 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         if self.members.len() == 1 {
             return;
         }
+        if self.radios.is_empty() && !self.is_traffic_counted {
+            return self.send(now, from, audience, &message);
+        }
         let (load, place) = (message.load(&self.codec), self.place(from));
         if let Some(radio) = self.radios.get_mut(place) {
             radio.offer(audience, load, message);

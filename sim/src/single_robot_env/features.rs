@@ -141,6 +141,13 @@ impl Layout {
         Self { order, frame, features, grid }
     }
 
+    /// The layout of what a whole team knows: features of cells that are the same for all of its robots, as planes.
+    #[must_use]
+    pub fn of_team(grid: Grid) -> Self {
+        let features = Feature::OF_CELLS.into_iter().filter(|&feature| feature != Feature::Distance);
+        Self { order: Order::Named, frame: Frame::Map, features: features.collect(), grid }
+    }
+
     /// The features, in their order.
     #[must_use]
     pub fn features(&self) -> &[Feature] {
@@ -199,11 +206,13 @@ impl Layout {
     /// written last.
     pub fn redraw(&self, field: &Field, view: &View<'_>, before: Cell, cells: &[Cell], numbers: &mut [f32]) {
         self.draw_belief(field, view.belief, cells, numbers);
-        let shares = field.distance_shares(view.robot);
-        if self.order == Order::Nodes {
-            self.fill(Feature::Distance, numbers, |index| shares[index]);
-        } else {
-            numbers[self.start(Feature::Distance)..][..shares.len()].copy_from_slice(&shares);
+        if self.features.contains(&Feature::Distance) {
+            let shares = field.distance_shares(view.robot);
+            if self.order == Order::Nodes {
+                self.fill(Feature::Distance, numbers, |index| shares[index]);
+            } else {
+                numbers[self.start(Feature::Distance)..][..shares.len()].copy_from_slice(&shares);
+            }
         }
         if self.order != Order::Named {
             numbers[self.place(Feature::Robot, before)] = 0.0;

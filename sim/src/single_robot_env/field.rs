@@ -161,6 +161,32 @@ impl Field {
         }
     }
 
+    /// Cells entered on the shortest path from a cell to another, that of [`ShortestPathTree::path`]; empty if there is none.
+    #[must_use]
+    pub fn path(&self, from: Cell, to: Cell) -> Vec<Cell> {
+        let (terrain, connectivity) = (self.scenario.terrain(), self.scenario.connectivity());
+        if connectivity == Connectivity::Eight || self.distance_shares.is_empty() {
+            return ShortestPathTree::from(terrain, connectivity, from).path(to);
+        }
+        let mut path = Vec::new();
+        if !self.is_in_reach(from, to) {
+            return path;
+        }
+        let shares = self.distance_shares(from);
+        let mut cell = to;
+        while cell != from {
+            path.push(cell);
+            // Neighbors are one cell nearer or one farther, never as far; of those that are nearer the tree takes the first.
+            let steps = (0..self.step_count()).filter_map(|step| self.neighbor(cell, step));
+            let Some(nearer) = steps.min_by_key(|&it| (shares[it.index()] > shares[cell.index()], it)) else {
+                break;
+            };
+            cell = nearer;
+        }
+        path.reverse();
+        path
+    }
+
     /// Lengths of the shortest paths from a cell, cells, shape `[cells]`; infinite out of reach.
     #[must_use]
     pub fn distances(&self, from: Cell) -> Vec<f32> {
@@ -176,4 +202,39 @@ fn shares(scenario: &Scenario, from: Cell) -> Vec<f32> {
     let half = (terrain.grid().rows() + terrain.grid().columns()) as f32 / 2.0;
     // Not `d / (d + h)`: that is no number out of reach.
     terrain.grid().cells().map(|cell| 1.0 - half / (routes.length(cell) + half)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every path between the cells of a map; returns how many there were.
+    fn check(map: &str, connectivity: u32) -> usize {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.txt"), map).unwrap();
+        let text = format!(
+            "name = 'a'\nmap = {{ file = 'a.txt', cell_meters = 10.0, connectivity = {connectivity} }}\n\
+             sensor.radius = 1\nobjects.count = 1\nmission.budget_meters = 80.0\n"
+        );
+        let field = Field::new(Scenario::from_text(&folder.path().join("a.toml"), text).unwrap());
+        let terrain = field.scenario().terrain();
+        let mut paths = 0;
+        for from in terrain.traversable_cells() {
+            let tree = ShortestPathTree::from(terrain, field.scenario().connectivity(), from);
+            for to in terrain.grid().cells() {
+                assert_eq!(field.path(from, to), tree.path(to), "{from:?} to {to:?}");
+                paths += usize::from(!tree.path(to).is_empty());
+            }
+        }
+        paths
+    }
+
+    #[test]
+    fn paths_are_those_of_the_tree() {
+        let rooms = ".......#...\n.###.#.#...\n.#...#.#.#.\n...#...#.#.\n.#...###...\n.......#...\n";
+        for connectivity in [4, 8] {
+            assert_eq!(check("......\n......\n......\n......\n", connectivity), 24 * 23);
+            assert!(check(rooms, connectivity) > 1_000);
+        }
+    }
 }
