@@ -1,4 +1,5 @@
-"""Steps a second: 64 environments of 30 x 30 cells, ``control="step"``, against the same world in NumPy.
+"""Steps a second: 64 environments of 30 x 30 cells, ``control="step"``, against the same world in NumPy; and robot steps a
+second of 64 teams of three robots, with their network.
 
 Usage: python steps.py [SECONDS]
 
@@ -18,6 +19,7 @@ import dragnet
 
 SIDE = 30
 LANES = 64
+ROBOTS = 3
 ROUNDS = 5
 SCENARIO = f"""
 name = "steps"
@@ -97,6 +99,58 @@ def single(seconds):
     return steps / (time.perf_counter() - start)
 
 
+def teams(seconds, observation="dict", *, with_state=False):
+    env = batched_teams(observation)
+    random = np.random.default_rng(0)
+    _, info = env.reset(seed=0)
+    keys = random.random((64, LANES, ROBOTS, 4))
+    steps, acted, start = 0, 0, time.perf_counter()
+    while time.perf_counter() - start < seconds:
+        acted += int(info["active"].sum())
+        actions = (info["action_mask"] * keys[steps % 64]).argmax(axis=2)
+        _, _, _, _, info = env.step(actions)
+        if with_state:
+            env.state()
+        steps += 1
+    # Of the robots that search; where an episode begins anew nobody moves.
+    return acted / (time.perf_counter() - start)
+
+
+def team_planes(seconds):
+    return teams(seconds, "planes")
+
+
+def team_graph(seconds):
+    return teams(seconds, "graph")
+
+
+def team_state(seconds):
+    """Planes, and the state for a critic in each step."""
+    return teams(seconds, "planes", with_state=True)
+
+
+def batched_teams(observation):
+    return dragnet.TeamVectorEnv(dragnet.Scenario.from_text(SCENARIO), LANES, robots=ROBOTS, observation=observation)
+
+
+def one_team(seconds):
+    """Robot steps of one team with PettingZoo's interface."""
+    env = dragnet.parallel_env(dragnet.Scenario.from_text(SCENARIO), robots=ROBOTS)
+    random = np.random.default_rng(0)
+    _, infos = env.reset(seed=0)
+    keys = random.random((64, ROBOTS, 4))
+    steps, acted, start = 0, 0, time.perf_counter()
+    while time.perf_counter() - start < seconds:
+        if not env.agents:
+            _, infos = env.reset()
+        key = dict(zip(env.possible_agents, keys[steps % 64], strict=True))
+        actions = {agent: int((infos[agent]["action_mask"] * key[agent]).argmax()) for agent in env.agents}
+        *_, infos = env.step(actions)
+        acted += len(actions)
+        steps += 1
+    return acted / (time.perf_counter() - start)
+
+
 def numpy_kept(seconds):
     return numpy_world(seconds, DISTANCES)
 
@@ -119,7 +173,11 @@ def numpy_world(seconds, distances=None):
 
 def main(seconds=2.0):
     check_same_world()
-    measured = {one: [] for one in (vector, planes, graph, single, numpy_world, numpy_kept)}
+    measured = {
+        one: []
+        for one in (vector, planes, graph, single, numpy_world, numpy_kept)
+        + (teams, team_planes, team_graph, team_state, one_team)
+    }
     for _ in range(ROUNDS):
         for one, rates in measured.items():
             rates.append(one(seconds))
@@ -144,6 +202,14 @@ def quickest():
             name,
             LANES,
             lambda env=env, info=info, moves=moves: env.step((info["action_mask"] * next(moves)).argmax(axis=1)),
+        )
+    for name, observation in (("teams", "dict"), ("team_planes", "planes"), ("team_graph", "graph")):
+        env, moves = batched_teams(observation), iter(random.random((1000, LANES, ROBOTS, 4)))
+        _, info = env.reset(seed=0)
+        _quickest(
+            name,
+            LANES * ROBOTS,
+            lambda env=env, info=info, moves=moves: env.step((info["action_mask"] * next(moves)).argmax(axis=2)),
         )
     for name, distances in (("numpy_world", None), ("numpy_kept", DISTANCES)):
         other = theirs(distances)

@@ -6,6 +6,7 @@ A scenario (its file, the name of one of :func:`scenarios`, or a :class:`Scenari
   with the package, as ``dragnet/IceCreamCone-v0``, ``dragnet/OpenMap-v0`` and others;
 - :class:`SearchVectorEnv`: many of them side by side, batched in Rust;
 - :func:`parallel_env`: a team, a PettingZoo parallel environment;
+- :class:`TeamVectorEnv`: many teams side by side, batched in Rust;
 - :class:`Policy`: our policies, as baselines; :func:`compare`: policies, ours and your own, against each other;
 - :func:`read_recording`: a recording as arrays.
 
@@ -23,6 +24,7 @@ from .policy import Decision, Policy, policy_names
 from .recording import Recording, read_recording
 from .scenario import Scenario, scenarios
 from .team_env import parallel_env
+from .team_vector_env import TeamVectorEnv
 from .vector_env import SearchVectorEnv
 
 __all__ = [
@@ -34,6 +36,7 @@ __all__ = [
     "SearchEnv",
     "SearchVectorEnv",
     "Table",
+    "TeamVectorEnv",
     "__version__",
     "compare",
     "parallel_env",

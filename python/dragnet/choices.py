@@ -35,6 +35,14 @@ def as_action(action: object, of: str = "action") -> int:
         raise TypeError(f"{of} {action!r} of type {type(action).__name__}; allowed is an integer") from None
 
 
+def as_count(number: object, of: str) -> int:
+    """A count of at least one."""
+    count = as_action(number, of)
+    if count < 1:
+        raise ValueError(f"{of}={count}; allowed is at least 1")
+    return count
+
+
 def as_seed(seed: object) -> int:
     """A seed as the episode's: 64 bits."""
     number = as_action(seed, "seed")

@@ -5,7 +5,19 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+from numpy.typing import NDArray
 from typing_extensions import Self
+
+#: Arrays of the native part that have a row for each search; the others have one for each robot.
+_OF_SEARCHES = ("over", "f1", "recall", "time_seconds", "state")
+
+
+def shaped(arrays: dict[str, NDArray[Any]], lead: tuple[int, ...]) -> dict[str, NDArray[Any]]:
+    """Views of the native part's arrays: those of robots with the axes ``lead`` in front."""
+    return {
+        name: array if name in _OF_SEARCHES or len(lead) == 1 else array.reshape(*lead, *array.shape[1:])
+        for name, array in arrays.items()
+    }
 
 
 class NativeEnv:
@@ -22,8 +34,10 @@ class NativeEnv:
         "scenario",
         "observation_space",
         "single_observation_space",
+        "robot_observation_space",
         "_observation_space",
         "state_space",
+        "single_state_space",
         "_observer",
     )
 

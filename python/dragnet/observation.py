@@ -20,6 +20,9 @@ OFFSETS: dict[int, list[tuple[int, int]]] = {
 
 _NO_EDGES: tuple[NDArray[np.int64], NDArray[np.float32]] = (np.zeros((2, 0), np.int64), np.zeros((0, 1), np.float32))
 
+#: Features of cells in a state; distances are those of one robot and not among them.
+_STATE_FEATURES = 5
+
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -29,6 +32,11 @@ def action_space(scenario: Scenario, control: Control) -> spaces.Discrete:
         return spaces.Discrete(len(OFFSETS[scenario.connectivity]))
     rows, columns = scenario.shape
     return spaces.Discrete(rows * columns)
+
+
+def state_space(scenario: Scenario) -> spaces.Box:
+    """What all robots of a team know together: features of cells, and a plane for each robot."""
+    return spaces.Box(0.0, 1.0, (_STATE_FEATURES + scenario.robots, *scenario.shape), np.float32)
 
 
 class Observer:
@@ -60,31 +68,32 @@ class Observer:
         return parts["observation"] if self.is_array else spaces.Dict(parts)
 
     def views(self, arrays: Arrays) -> Arrays:
-        """The parts of all robots' observations, as views of the arrays: one more axis in front. Of a belief, what
-        is observed beside it."""
-        count = len(arrays["features"])
+        """The parts of all robots' observations, as views of the arrays: the axes of the arrays before the last one come
+        first. Of a belief, what is observed beside it."""
+        lead = arrays["features"].shape[:-1]
         mask = {"action_mask": arrays["action_mask"]}
         if self.kind == "planes":
-            planes = arrays["features"].reshape(count, len(self.features), *self._shape)
+            planes = arrays["features"].reshape(*lead, len(self.features), *self._shape)
             return {"observation": planes} | ({} if self.is_array else mask)
         if self.kind == "graph":
             return {
-                "x": arrays["features"].reshape(count, -1, len(self.features)),
-                "edge_index": np.broadcast_to(self._edges, (count, *self._edges.shape)),
-                "edge_attr": np.broadcast_to(self._lengths, (count, *self._lengths.shape)),
+                "x": arrays["features"].reshape(*lead, -1, len(self.features)),
+                "edge_index": np.broadcast_to(self._edges, (*lead, *self._edges.shape)),
+                "edge_attr": np.broadcast_to(self._lengths, (*lead, *self._lengths.shape)),
             } | mask
         if self.kind == "dict":
-            planes = arrays["features"].reshape(count, len(self.features), *self._shape)
-            parts = {name: planes[:, place] for place, name in enumerate(self.features)}
+            planes = arrays["features"].reshape(*lead, len(self.features), *self._shape)
+            parts = {name: planes[..., place, :, :] for place, name in enumerate(self.features)}
             if not self._is_centered:
                 parts["position"] = arrays["position"]
             return parts | {"budget": arrays["budget"]} | mask
         if "teammates" in self.features:
-            mask["teammates"] = arrays["features"].reshape(count, len(self.features), *self._shape)[:, -1]
+            mask["teammates"] = arrays["features"].reshape(*lead, len(self.features), *self._shape)[..., -1, :, :]
         return mask
 
-    def take(self, views: Arrays, belief: Arrays | None, place: int) -> Any:
-        """The observation of one robot, in arrays of its own; of a belief, if that is what is observed."""
+    def take(self, views: Arrays, belief: Arrays | None, place: int | tuple[int, int]) -> Any:
+        """The observation of one robot, by its place in the axes that come first, in arrays of its own; of a belief, if that
+        is what is observed."""
         parts = {name: view[place].copy() for name, view in views.items()}
         if belief is not None:
             parts = belief | parts

@@ -24,8 +24,8 @@ from .choices import (
     as_seed,
     check_render_mode,
 )
-from .native import NativeEnv
-from .observation import Arrays, Observer, action_space
+from .native import NativeEnv, shaped
+from .observation import Arrays, Observer, action_space, state_space
 from .scenario import Scenario, as_scenario
 
 if TYPE_CHECKING:
@@ -36,8 +36,7 @@ else:
     except ImportError:
         ParallelEnv = object
 
-#: Features of cells in a state; distances are those of one robot and not among them.
-_STATE_FEATURES = 5
+_REASONS = _dragnet.reasons()
 
 
 class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
@@ -67,13 +66,13 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
         self.agents: list[str] = []
         self._places = {agent: place for place, agent in enumerate(self.possible_agents)}
         self._actions = np.zeros(scenario.robots, dtype=np.int64)
-        self._ways: list[list[int]] = []
+        self._mask = np.ones(1, dtype=np.bool_)
         self._random: np.random.Generator | None = None
         self._seed = 0
         self._observation_space = self._observer.space()
         self._action_spaces = {agent: action_space(scenario, control) for agent in self.possible_agents}
         #: The space of :meth:`state`.
-        self.state_space = spaces.Box(0.0, 1.0, (_STATE_FEATURES + scenario.robots, *scenario.shape), np.float32)
+        self.state_space = state_space(scenario)
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The space of a robot's observations: the same for all."""
@@ -100,9 +99,8 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
             if self._random is None:
                 self._random, _ = seeding.np_random()
             self._seed = int(self._random.integers(2**63))
-        self._native.reset(self._seed)
+        self._native.reset(np.array([self._seed], dtype=np.uint64), self._mask)
         self.agents = list(self.possible_agents)
-        self._ways = [[cell] for cell in self._native.cells()]
         return self._observations(self.agents), self._infos(self.agents)
 
     def step(
@@ -116,18 +114,17 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
             raise ValueError(f"actions for {sorted(actions)}; allowed is one for each of {self.agents}")
         for agent in self.agents:
             self._actions[self._places[agent]] = as_action(actions[agent], f"action of {agent}")
-        gain = self._native.step(self._actions)
-        for way, cell in zip(self._ways, self._native.cells(), strict=True):
-            if way[-1] != cell:
-                way.append(cell)
-        moved, reasons = self.agents, self._native.termination_reasons()
-        reason = {agent: reasons[self._places[agent]] for agent in moved}
-        self.agents = [agent for agent in moved if reason[agent] == "searching"]
+        self._native.step(self._actions)
+        moved, arrays = self.agents, self._arrays
+        places = [self._places[agent] for agent in moved]
+        terminated = dict(zip(moved, arrays["terminated"][0, places].tolist(), strict=True))
+        truncated = dict(zip(moved, arrays["truncated"][0, places].tolist(), strict=True))
+        self.agents = [agent for agent in moved if not (terminated[agent] or truncated[agent])]
         return (
             self._observations(moved),
-            dict.fromkeys(moved, gain),
-            {agent: reason[agent] in ("found", "crashed") for agent in moved},
-            {agent: reason[agent] == "spent" for agent in moved},
+            dict(zip(moved, arrays["reward"][0, places].tolist(), strict=True)),
+            terminated,
+            truncated,
             self._infos(moved),
         )
 
@@ -137,20 +134,18 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
         ``probability``, ``entropy``, ``observed``, ``traversable`` and ``searched`` of all that the team has seen, as
         observations have them, and a plane for each robot: 1 in its cell while it searches. It holds no truth.
         """
-        known = self._native.state()[:_STATE_FEATURES]
-        robots = np.zeros((len(self.possible_agents), known.shape[1]), np.float32)
-        reasons = self._native.termination_reasons()
-        for place, cell in enumerate(self._native.cells()):
-            robots[place, cell] = reasons[place] == "searching"
-        return np.concatenate([known, robots]).reshape(self.state_space.shape)
+        self._check_open("state")
+        self._native.state()
+        state: NDArray[np.float32] = self._arrays["state"].reshape(self.state_space.shape)
+        return state.copy()
 
     def belief(self, agent: str) -> Arrays:
         """What a robot believes, exactly: see :meth:`dragnet.SearchEnv.belief`."""
-        return self._native.belief(self._places[agent])
+        return self._native.belief(0, self._places[agent])
 
     def action_masks(self) -> dict[str, NDArray[np.bool_]]:
         """Which actions each robot of ``agents`` can take, shape ``(actions,)`` each."""
-        masks = self._arrays["action_mask"]
+        masks = self._arrays["action_mask"][0]
         return {agent: masks[self._places[agent]].astype(np.bool_) for agent in self.agents}
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -158,8 +153,8 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
         self._check_open("render")
         if self.render_mode is None:
             return None
-        ways = [np.array(way, dtype=np.int64) for way in self._ways]
-        return picture.draw(self.scenario, self._native.belief(0)["probability"], ways, self.objects)
+        ways = self._native.tracks(0)
+        return picture.draw(self.scenario, self._native.belief(0, 0)["probability"], ways, self.objects)
 
     @property
     def features(self) -> list[str]:
@@ -169,60 +164,59 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
     @property
     def objects(self) -> NDArray[np.int64]:
         """Cells that hold an object: the truth, which no policy may see."""
-        return self._native.objects()
+        return self._native.objects(0)
 
     @property
     def digests(self) -> dict[str, str]:
         """Digest of what each robot believes, by its name, and of all that was seen, by ``"team"``."""
-        own, team = self._native.digests()
+        own, team = self._native.digests(0)
         return dict(zip(self.possible_agents, own, strict=True)) | {"team": team}
 
     def _observations(self, agents: list[str]) -> dict[str, Any]:
         is_belief = self._observer.kind == "belief"
         places = {agent: self._places[agent] for agent in agents}
         return {
-            agent: self._observer.take(self._views, self._native.belief(place) if is_belief else None, place)
+            agent: self._observer.take(self._views, self._native.belief(0, place) if is_belief else None, (0, place))
             for agent, place in places.items()
         }
 
     def _infos(self, agents: list[str]) -> dict[str, dict[str, Any]]:
-        f1, recall, ways, seconds = self._native.measures()
-        reasons = self._native.termination_reasons()
+        arrays = self._arrays
         infos = {}
         for agent in agents:
             place = self._places[agent]
             infos[agent] = {
-                "action_mask": self._arrays["action_mask"][place].copy(),
-                "termination_reason": reasons[place],
+                "action_mask": arrays["action_mask"][0, place].copy(),
+                "termination_reason": _REASONS[arrays["reason"][0, place]],
                 "seed": self._seed,
-                "f1": f1,
-                "recall": recall,
-                "path_cells": ways[place],
-                "time_seconds": seconds,
+                "f1": float(arrays["f1"][0]),
+                "recall": float(arrays["recall"][0]),
+                "path_cells": float(arrays["path_cells"][0, place]),
+                "time_seconds": float(arrays["time_seconds"][0]),
             }
         return infos
 
-    def _new_native(self) -> _dragnet.Team:
-        return _dragnet.Team(self.scenario.native, *self._choices)
+    def _new_native(self) -> _dragnet.TeamBatch:
+        return _dragnet.TeamBatch(self.scenario.native, 1, *self._choices)
 
-    def _native_copy(self) -> _dragnet.Team:
+    def _native_copy(self) -> _dragnet.TeamBatch:
         # Robots and messages under way are not copied: the same actions lead to the same state.
         native, history = self._new_native(), self._history()
         if history is not None:
-            native.replay(*history)
+            native.replay(0, *history)
         return native
 
-    def _connect(self, native: _dragnet.Team) -> None:
+    def _connect(self, native: _dragnet.TeamBatch) -> None:
         self._native = native
-        self._arrays = native.arrays()
+        self._arrays = shaped(native.arrays(), (1, self.scenario.robots))
         self._views = self._observer.views(self._arrays)
 
     def _history(self) -> tuple[int, NDArray[np.int64]] | None:
-        return self._native.history()
+        return self._native.history(0)
 
     def _replay(self, history: tuple[int, NDArray[np.int64]] | None) -> None:
         if history is not None:
-            self._native.replay(*history)
+            self._native.replay(0, *history)
 
 
 def parallel_env(

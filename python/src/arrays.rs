@@ -5,6 +5,7 @@ use std::slice::ChunksExactMut;
 use dragnet_search::cell::Grid;
 use dragnet_sim::single_robot_env::features::{Layout, View};
 use dragnet_sim::single_robot_env::{Control, Field, SingleRobotEnv};
+use dragnet_sim::team_env::TeamEnv;
 use numpy::ndarray::Dimension;
 use numpy::{AsSliceError, Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyReadwriteArray};
 use pyo3::exceptions::PyRuntimeError;
@@ -48,13 +49,13 @@ pub(crate) enum Extent {
 
 impl Arrays {
     /// Arrays for a number of robots.
-    pub(crate) fn new(py: Python<'_>, robots: usize, layout: &Layout, actions: usize) -> Self {
-        Self {
-            features: PyArray2::zeros(py, (robots, layout.len()), false).unbind(),
-            position: PyArray2::zeros(py, (robots, 2), false).unbind(),
-            budget: PyArray2::zeros(py, (robots, 1), false).unbind(),
-            action_mask: PyArray2::zeros(py, (robots, actions), false).unbind(),
-        }
+    pub(crate) fn new(py: Python<'_>, robots: usize, layout: &Layout, actions: usize) -> PyResult<Self> {
+        Ok(Self {
+            features: zeros(py, (robots, layout.len()))?,
+            position: zeros(py, (robots, 2))?,
+            budget: zeros(py, (robots, 1))?,
+            action_mask: zeros(py, (robots, actions))?,
+        })
     }
 
     /// Others with the same content.
@@ -107,11 +108,61 @@ impl Written<'_> {
     }
 }
 
+/// A robot whose observation is drawn.
+pub(crate) trait Observed {
+    /// Writes what it knows in the map's frame.
+    fn draw(&mut self, field: &Field, layout: &Layout, extent: Extent, numbers: &mut [f32]);
+
+    /// What it knows; of its teammates nothing.
+    fn view(&self) -> View<'_>;
+}
+
+impl Observed for SingleRobotEnv {
+    fn draw(&mut self, _: &Field, layout: &Layout, extent: Extent, numbers: &mut [f32]) {
+        match extent {
+            Extent::All => Self::draw(self, layout, numbers),
+            Extent::Changes => Self::redraw(self, layout, numbers),
+        }
+    }
+
+    fn view(&self) -> View<'_> {
+        Self::view(self)
+    }
+}
+
+/// A robot of a team, by its index.
+pub(crate) struct Member<'a>(pub(crate) &'a mut TeamEnv, pub(crate) usize);
+
+impl Observed for Member<'_> {
+    fn draw(&mut self, _: &Field, layout: &Layout, extent: Extent, numbers: &mut [f32]) {
+        match extent {
+            Extent::All => self.0.draw(self.1, layout, numbers),
+            Extent::Changes => self.0.redraw(self.1, layout, numbers),
+        }
+    }
+
+    fn view(&self) -> View<'_> {
+        self.0.view(self.1, &[])
+    }
+}
+
+/// Only ever drawn as a whole.
+impl Observed for View<'_> {
+    fn draw(&mut self, field: &Field, layout: &Layout, _: Extent, numbers: &mut [f32]) {
+        layout.draw(field, self, numbers);
+    }
+
+    fn view(&self) -> View<'_> {
+        *self
+    }
+}
+
 impl ObservationBuffers<'_> {
-    /// Writes a search of one robot. `kept` keeps the map's frame of a layout that is centered on the robot.
-    pub(crate) fn draw_env(
+    /// Writes what a robot observes. `kept` keeps the map's frame of a layout that is centered on the robot.
+    pub(crate) fn draw(
         &mut self,
-        env: &mut SingleRobotEnv,
+        robot: &mut impl Observed,
+        field: &Field,
         layout: &Layout,
         control: Control,
         extent: Extent,
@@ -121,22 +172,8 @@ impl ObservationBuffers<'_> {
             kept.resize(layout.drawn_len(), 0.0);
         }
         let numbers = if layout.is_centered() { kept.as_mut_slice() } else { &mut *self.features };
-        match extent {
-            Extent::All => env.draw(layout, numbers),
-            Extent::Changes => env.redraw(layout, numbers),
-        }
-        self.finish(env.field(), layout, control, &env.view(), kept);
-    }
-
-    /// Writes all of a view.
-    pub(crate) fn draw_view(&mut self, field: &Field, layout: &Layout, control: Control, view: &View<'_>) {
-        let mut kept = Vec::new();
-        if layout.is_centered() {
-            kept.resize(layout.drawn_len(), 0.0);
-        }
-        let numbers = if layout.is_centered() { kept.as_mut_slice() } else { &mut *self.features };
-        layout.draw(field, view, numbers);
-        self.finish(field, layout, control, view, &kept);
+        robot.draw(field, layout, extent, numbers);
+        self.finish(field, layout, control, &robot.view(), kept);
     }
 
     fn finish(&mut self, field: &Field, layout: &Layout, control: Control, view: &View<'_>, kept: &[f32]) {
@@ -188,9 +225,13 @@ fn cells<T: Element>(py: Python<'_>, grid: Grid, numbers: Vec<T>) -> PyResult<Bo
     PyArray1::from_vec(py, numbers).reshape([grid.rows() as usize, grid.columns() as usize])
 }
 
-/// A number for each robot.
-pub(crate) fn column<T: Element>(py: Python<'_>, robots: usize) -> Py<PyArray1<T>> {
-    PyArray1::zeros(py, robots, false).unbind()
+/// An array of zeros, by `NumPy` itself: what is too large for the memory is an exception.
+pub(crate) fn zeros<'py, T: Element, D: Dimension>(
+    py: Python<'py>,
+    shape: impl IntoPyObject<'py>,
+) -> PyResult<Py<PyArray<T, D>>> {
+    let array = py.import("numpy")?.call_method1("zeros", (shape, T::get_dtype(py)))?;
+    Ok(array.cast_into::<PyArray<T, D>>()?.unbind())
 }
 
 /// Another array with the same content.

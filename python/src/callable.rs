@@ -12,7 +12,7 @@ use dragnet_sim::single_robot_env::features::{Company, Layout, View};
 use dragnet_sim::single_robot_env::{Control, Field};
 use pyo3::prelude::*;
 
-use crate::arrays::{self, Arrays};
+use crate::arrays::{self, Arrays, Extent};
 use crate::choice;
 
 /// How callables see and act: `observation`, `frame` and `control` of the environments.
@@ -50,7 +50,7 @@ impl Callable {
         let control = choice::control(control)?;
         Ok(Self {
             decide: decide.clone_ref(py),
-            arrays: Arrays::new(py, 1, &layout, field.action_count(control)),
+            arrays: Arrays::new(py, 1, &layout, field.action_count(control))?,
             layout,
             control,
             is_exact: choice::is_belief(observation),
@@ -88,7 +88,7 @@ impl Caller {
         {
             let mut written = arrays.write(py)?;
             for buffer in &mut written.buffers(1)? {
-                buffer.draw_view(&self.field, layout, *control, &view);
+                buffer.draw(&mut view.clone(), &self.field, layout, *control, Extent::All, &mut Vec::new());
             }
         }
         let exact = if *is_exact { Some(arrays::belief(py, &self.field, &view)?) } else { None };

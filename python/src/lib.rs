@@ -5,18 +5,22 @@
 //!
 //! - `scenario`: a scenario, checked;
 //! - `batch`: many searches of one robot each, stepped in parallel, with arrays that stay in place;
-//! - `team`: one search of a team;
+//! - `team`: the same of teams, stepped by one move of every robot at a time;
+//! - `lanes`, `actions`, `arrays`, `measures`: what both are made of;
 //! - `pool`: threads that survive `fork`;
 //! - `policy`, `compare`, `recording`: decisions, comparisons and recordings;
 //! - `callable`: a policy that is a callable in Python.
 //!
 //! The interpreter lock is released while a search advances.
 
+mod actions;
 mod arrays;
 mod batch;
 mod callable;
 mod choice;
 mod compare;
+mod lanes;
+mod measures;
 mod policy;
 mod pool;
 mod recording;
@@ -31,13 +35,15 @@ mod _dragnet {
     #[pymodule_export]
     use crate::compare::{compare, policy_label};
     #[pymodule_export]
+    use crate::measures::reasons;
+    #[pymodule_export]
     use crate::policy::{Policy, policy_names};
     #[pymodule_export]
     use crate::recording::read_recording;
     #[pymodule_export]
     use crate::scenario::{Scenario, scenarios};
     #[pymodule_export]
-    use crate::team::Team;
+    use crate::team::TeamBatch;
 
     /// Of the package, as Cargo has it.
     #[pymodule_export]

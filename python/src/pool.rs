@@ -7,6 +7,7 @@ use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::Python;
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The thread pool and the process that it belongs to.
@@ -28,4 +29,19 @@ pub(crate) fn threads(_: Python<'_>) -> Option<Arc<ThreadPool>> {
     // The parent's threads do not exist here, and cannot be told to end.
     std::mem::forget(known.replace((here, Arc::clone(&pool))));
     Some(pool)
+}
+
+/// The results of all work, in its order, with the interpreter lock released; in parallel, at least `least` together, if there
+/// is more than one.
+pub(crate) fn map<W: Send, R: Send>(
+    py: Python<'_>,
+    work: Vec<W>,
+    least: usize,
+    perform: impl Fn(W) -> R + Send + Sync,
+) -> Vec<R> {
+    let threads = if work.len() > 1 { threads(py) } else { None };
+    py.detach(|| match threads {
+        Some(threads) => threads.install(|| work.into_par_iter().with_min_len(least).map(perform).collect()),
+        None => work.into_iter().map(perform).collect(),
+    })
 }

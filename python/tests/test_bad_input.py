@@ -32,7 +32,8 @@ def test_choices(name):
     for make in (dragnet.SearchEnv, dragnet.SearchVectorEnv):
         refused(ValueError, f'{name}="sideways"; allowed are', make, small(), **{name: "sideways"})
     if name != "end":
-        refused(ValueError, f'{name}="sideways"', dragnet.parallel_env, small(), **{name: "sideways"})
+        for make in (dragnet.parallel_env, dragnet.TeamVectorEnv):
+            refused(ValueError, f'{name}="sideways"; allowed are', make, small(), **{name: "sideways"})
 
 
 def test_the_types_of_choices_are_the_choices():
@@ -137,6 +138,56 @@ def test_teams():
     refused(ValueError, "robot_1.*action 99", env.step, {"robot_1": 99, "robot_2": 0})
 
 
+def test_vectors_of_teams():
+    for count, error in ((0, ValueError), (-1, ValueError), (2.5, TypeError), ("two", TypeError)):
+        for make in (dragnet.TeamVectorEnv, dragnet.SearchVectorEnv):
+            refused(error, f"num_envs.*{count}.*; allowed is", make, small(), count)
+    for make in (dragnet.TeamVectorEnv, dragnet.SearchVectorEnv):
+        refused((MemoryError, ValueError), "num_envs|allocate|too big|too large", make, small(), 2**44)
+    refused(ValueError, "robots.count", dragnet.TeamVectorEnv, small(), robots=0)
+    refused(ValueError, "robot 7; allowed are", dragnet.TeamVectorEnv, small(), robots=2, crashes={7: 1.0})
+    refused(TypeError, "scenario of type int", dragnet.TeamVectorEnv, 3)
+    env = dragnet.TeamVectorEnv(small(), 3, robots=2, masked_action="error")
+    refused(RuntimeError, "before the first reset", env.step, np.zeros((3, 2), dtype=int))
+    refused(RuntimeError, "before the first reset", env.state)
+    refused(RuntimeError, "before the first reset", env.belief)
+    _, infos = env.reset(seed=0)
+    good = infos["action_mask"].argmax(axis=2)
+    before = [env._native.digests(place) for place in range(3)]
+    shape = r"; allowed is \(3, 2\)"
+    for wrong in (0, [0, 0, 0], good.T, good[:, :1], good[..., None], np.zeros((3, 3), dtype=int)):
+        refused(ValueError, f"actions of shape .*{shape}", env.step, wrong)
+    refused(ValueError, f"rows of different lengths.*{shape[2:]}", env.step, [[0, 0], [0], [0, 0]])
+    for wrong in (good.astype(float), [[0, 0], [0, np.nan], [0, 0]], good > 0, [[0, 0], [None, 0], [0, 0]]):
+        refused(TypeError, "actions of dtype .*; allowed are integers", env.step, wrong)
+    refused(TypeError, "dtype .U.*; allowed are integers", env.step, [["0", "0"]] * 3)
+    for action in (-1, 4, 2**62):
+        wrong = good.copy()
+        wrong[1, 1] = action
+        where = r"environment 1, robot_2 at row \d+, column \d+"
+        refused(ValueError, f"{where}: action {action}: no such action: they are 0 to 3; allowed are", env.step, wrong)
+    place, robot, masked = np.argwhere(infos["action_mask"] == 0)[0]
+    wrong = good.copy()
+    wrong[place, robot] = masked
+    refused(ValueError, f"environment {place}, robot_{robot + 1} .*action {masked}: it is masked", env.step, wrong)
+    refused(ValueError, "option 'seed'; allowed is reset_mask", env.reset, options={"seed": 1})
+    refused(ValueError, r"booleans of shape \(3,\)", env.reset, options={"reset_mask": np.ones((3, 2), dtype=bool)})
+    refused(ValueError, "2 seeds; allowed is 3", env.reset, seed=[1, 2])
+    refused(TypeError, "seed 0.5 of type float", env.reset, seed=[1, 0.5, 2])
+    refused(TypeError, "seed 0.5 of type float", env.reset, seed=0.5)
+    refused(TypeError, "seed 'one' of type str", env.reset, seed="one")
+    for seed in (-1, 2**64, [0, -1, 2], 2**64 - 1):
+        refused(ValueError, "allowed are 0 to", env.reset, seed=seed)
+    assert [env._native.digests(place) for place in range(3)] == before, "nothing happened"
+    env.step(good)
+    assert [env._native.digests(place) for place in range(3)] != before
+    env.close()
+    for name, call in (("step", lambda: env.step(good)), ("reset", env.reset), ("render", env.render)):
+        refused(RuntimeError, f"{name} of an environment that is closed; make a new one", call)
+    for name in ("state", "belief", "action_masks"):
+        refused(RuntimeError, f"{name} of an environment that is closed", getattr(env, name))
+
+
 def test_policies():
     refused(ValueError, 'unknown policy "gnm"; allowed are random, coverage', dragnet.Policy, "gnm")
     refused(ValueError, "weights", dragnet.Policy, "path", weights="a.safetensors")
@@ -187,10 +238,12 @@ def test_comparisons_and_recordings(tmp_path):
     refused((OSError, ValueError), "README", dragnet.read_recording, SCENARIOS / "README.md")
 
 
-def test_one_environment_in_two_threads():
+@pytest.mark.parametrize("make", [dragnet.SearchVectorEnv, dragnet.TeamVectorEnv])
+def test_one_environment_in_two_threads(make):
     """While one thread steps, another is refused; nothing else happens."""
-    env = dragnet.SearchVectorEnv(small(), 64, control="step", masked_action="stay")
+    env = make(small(), 64, control="step", masked_action="stay")
     env.reset(seed=0)
+    actions = np.zeros(env.action_space.shape, dtype=np.int64)
     told = []
 
     def step():
@@ -198,7 +251,7 @@ def test_one_environment_in_two_threads():
             if told:
                 return
             try:
-                env.step(np.zeros(64, dtype=np.int64))
+                env.step(actions)
             except RuntimeError as error:
                 told.append(str(error))
 
@@ -209,7 +262,7 @@ def test_one_environment_in_two_threads():
         thread.join()
     assert told
     assert all("one at a time" in message for message in told), set(told)
-    env.step(np.zeros(64, dtype=np.int64))
+    env.step(actions)
 
 
 @pytest.mark.parametrize(

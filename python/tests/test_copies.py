@@ -108,6 +108,34 @@ def test_a_copy_of_a_team_has_the_same_future(how, control):
     assert team.reset()[1]["robot_1"]["seed"] == twin.reset()[1]["robot_1"]["seed"]
 
 
+@pytest.mark.parametrize("how", COPIES)
+@pytest.mark.parametrize("kind", ["dict", "planes"])
+def test_a_copy_of_many_teams_has_the_same_future(how, kind):
+    scenario = small("network = { loss = 0.3, delay_seconds = 7.0 }", budget_cells=20)
+    choices = {"robots": 3, "observation": kind, "frame": "robot", "crashes": {2: 42.0}, "render_mode": "rgb_array"}
+    envs = dragnet.TeamVectorEnv(scenario, 3, **choices)
+    with pytest.raises(RuntimeError, match="before the first reset"):
+        COPIES[how](envs).step(np.zeros((3, 3), dtype=int))
+    random = np.random.default_rng(0)
+    envs.reset(seed=1)
+    # Some have begun anew, and one just ends.
+    for _ in range(30):
+        envs.step(random.integers(0, 4, (3, 3)))
+    envs.reset(seed=[None, 4, None], options={"reset_mask": np.array([False, True, False])})
+    while not envs._arrays["over"].any():
+        envs.step(random.integers(0, 4, (3, 3)))
+    twin = COPIES[how](envs)
+    assert type(twin) is dragnet.TeamVectorEnv
+    assert data_equivalence(twin.render(), envs.render(), exact=True)
+    assert data_equivalence(twin.belief(), envs.belief(), exact=True)
+    for _ in range(50):
+        assert np.array_equal(envs.state(), twin.state())
+        actions = random.integers(0, 4, (3, 3))
+        mine, its = envs.step(actions), twin.step(actions)
+        assert data_equivalence(mine, its, exact=True)
+        assert not np.shares_memory(mine[0]["action_mask"], its[0]["action_mask"])
+
+
 def test_a_clone_searches_a_tree():
     """Looking one step ahead with clones chooses what then happens."""
     env = dragnet.SearchEnv(small(), control="step", reward="entropy")

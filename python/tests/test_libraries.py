@@ -189,6 +189,52 @@ def test_a_loop_as_cleanrl_writes_it_learns_from_the_vector_environment(kind):
         assert torch.isfinite(loss)
 
 
+def test_a_shared_policy_and_a_critic_of_the_team_learn_from_many_teams():
+    """Multi-agent PPO as it is usually written: one policy for all robots, a critic of the state, losses of those that act."""
+    envs = dragnet.TeamVectorEnv(
+        small(budget_cells=12), 4, robots=3, observation="planes", masked_action="error", crashes={3: 22.0}, copy=True
+    )
+    planes, actions = envs.robot_observation_space["observation"].shape[0], int(envs.robot_action_space.n)
+
+    def network(channels, outputs):
+        return torch.nn.Sequential(
+            torch.nn.Conv2d(channels, 4, 3, 2), torch.nn.ReLU(), torch.nn.Flatten(), torch.nn.LazyLinear(outputs)
+        )
+
+    actor, critic = network(planes, actions), network(envs.single_state_space.shape[0], 1)
+
+    def policy(observation):
+        logits = actor(torch.from_numpy(observation["observation"]).flatten(0, 1)).unflatten(0, (4, 3))
+        mask = torch.from_numpy(observation["action_mask"]).bool()
+        # A robot that stands in a closed cell has no action; none does here.
+        return torch.distributions.Categorical(logits=logits.masked_fill(~mask, -torch.inf))
+
+    observation, infos = envs.reset(seed=1)
+    policy(observation), critic(torch.from_numpy(envs.state()))
+    optimizer = torch.optim.Adam([*actor.parameters(), *critic.parameters()], 1e-3)
+    acted, over = 0, 0
+    for _ in range(3):
+        losses = []
+        for _ in range(12):
+            state, active = torch.from_numpy(envs.state()), torch.from_numpy(infos["active"])
+            chosen = policy(observation)
+            action = chosen.sample()
+            observation, reward, terminated, truncated, infos = envs.step(action.numpy())
+            value, reward = critic(state), torch.from_numpy(reward).float()
+            advantage = reward - value
+            ratio = (chosen.log_prob(action) - chosen.log_prob(action).detach()).exp()
+            losses.append((advantage.square() - ratio * advantage.detach())[active].sum())
+            acted += int(active.sum())
+            over += int((terminated | truncated).all(axis=1).sum())
+        loss = torch.stack(losses).sum()
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        assert torch.isfinite(loss)
+    assert over > 4
+    assert acted < 3 * 12 * 4 * 3, "some had left"
+
+
 def test_graphs_are_data_of_pytorch_geometric():
     from torch_geometric.data import Batch, Data
     from torch_geometric.nn import GCNConv

@@ -93,7 +93,7 @@ def test_teammates_are_where_they_were_last_heard(kind):
     observations, _ = env.reset(seed=4)
     random = np.random.default_rng(0)
     for _ in range(10):
-        cells = env._native.cells()
+        cells = env._native.cells(0)
         for place, agent in enumerate(env.agents):
             planes = observations[agent]
             if kind == "planes":
@@ -119,4 +119,4 @@ def test_the_state_is_what_the_team_knows_together():
     assert np.array_equal(state[3:5], [env.scenario.traversable, env.scenario.searched])
     assert not all(np.array_equal(part, seen[0]) for part in seen)
     robots = [np.flatnonzero(plane).tolist() for plane in state[5:]]
-    assert robots == [[cell] for cell in env._native.cells()[:2]] + [[]], "the third has crashed"
+    assert robots == [[cell] for cell in env._native.cells(0)[:2]] + [[]], "the third has crashed"

@@ -157,8 +157,11 @@ mission.budget_meters = 200.0
 def episode():
     env = dragnet.SearchVectorEnv(dragnet.Scenario.from_text(text), num_envs=16, masked_action="stay")
     env.reset(seed=0)
+    teams = dragnet.TeamVectorEnv(dragnet.Scenario.from_text(text), num_envs=16, robots=2)
+    teams.reset(seed=0)
     table = dragnet.compare([dragnet.Scenario.from_text(text)], ["random"], seeds=4)
-    return env.step(np.arange(16))[1].tobytes(), table[0]["auc_f1_mean"]
+    rewards = env.step(np.arange(16))[1], teams.step(np.zeros((16, 2), dtype=int))[1]
+    return *(reward.tobytes() for reward in rewards), table[0]["auc_f1_mean"]
 expected = episode()
 pid = os.fork()
 if pid == 0:
