@@ -158,6 +158,21 @@ impl ShortestPathTree {
         }
     }
 
+    /// The part of the tree that leads to those of its cells that are wanted, by their path lengths.
+    #[must_use]
+    pub fn only_to(self, is_wanted: impl Fn(Cell, f32) -> bool) -> Self {
+        let mut is_kept = vec![false; self.length.len()];
+        is_kept[self.root.index()] = true;
+        for &cell in self.order.iter().rev() {
+            if is_kept[cell.index()] || is_wanted(cell, self.length(cell)) {
+                is_kept[cell.index()] = true;
+                is_kept[self.parent(cell).index()] = true;
+            }
+        }
+        let order = self.order.iter().copied().filter(|cell| is_kept[cell.index()]).collect();
+        Self { order, ..self }
+    }
+
     /// Whether longer paths exist that were left out.
     #[must_use]
     pub const fn is_cut(&self) -> bool {

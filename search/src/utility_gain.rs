@@ -134,10 +134,28 @@ impl<'t> UtilityGain<'t> {
 
     /// Utility gain of all cells together: an upper bound for any path.
     pub(crate) fn most(&self) -> f64 {
-        let table = self.table;
-        let open = self.cells.iter().filter(|cell| cell.precision < SATURATION);
+        self.cells.iter().map(|cell| f64::from(self.left_in(cell))).sum()
+    }
+
+    /// Utility gain of each cell if it became certain, row by row.
+    pub(crate) fn left(&self) -> impl Iterator<Item = impl Iterator<Item = f32>> {
+        let rows = self.frame.rows_at(Offset { north: 0, east: 0 });
+        rows.map(|row| self.cells[row].iter().map(|cell| self.left_in(cell)))
+    }
+
+    /// The same of all cells in view from a cell together.
+    pub(crate) fn left_in_view(&self, situation: &Situation<'_>, from: Cell) -> f64 {
+        let from = self.frame.index(from);
+        let in_view = situation.sensor.footprint().iter().map(|it| self.frame.stride_of(it.offset));
+        in_view.map(|step| f64::from(self.left_in(&self.cells[from.wrapping_add_signed(step)]))).sum()
+    }
+
+    fn left_in(&self, cell: &CellGain) -> f32 {
+        if cell.precision >= SATURATION {
+            return 0.0;
+        }
         // The table rises with the precision but for what interpolation leaves.
-        open.map(|cell| f64::from(table.utility(cell.row, SATURATION) - cell.utility).max(0.0)).sum()
+        (self.table.utility(cell.row, SATURATION) - cell.utility).max(0.0)
     }
 
     pub(crate) const fn table(&self) -> &'t UtilityTable {

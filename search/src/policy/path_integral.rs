@@ -7,6 +7,7 @@
 //! large map lie on straight runs ([`runs`]), where the gain of the last observation needs no traversal ([`stencil`]).
 //! Departure: the observation from the robot's own cell is not part of the path, since it has already been made.
 
+mod bound;
 mod runs;
 mod stencil;
 
@@ -38,33 +39,64 @@ impl Policy for Path {
         best_within(situation, self.path_length_weight, &mut gain, &routes)
     }
 
-    /// Exact, by a bound: the information gain of a path is at most that of all cells together, and its weight falls with its
-    /// length. Candidates are scored up to some path length; then, if a longer path can score more than the best of them,
-    /// up to the length from which none can.
+    /// Exact, by bounds: the information gain of a path is at most that of all cells together, and its weight falls with
+    /// its length. Near candidates are scored first. Then, if a longer path could score more than the best of them, the
+    /// path is scored that promises most by its own bound ([`bound`]), and then all whose bound promises more than that
+    /// holds, up to the length from which none can.
     fn choose(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
         let mut gain = UtilityGain::new(self.tables.of(situation), situation);
         let most = gain.most() * ROUNDING + LEAST_NATS;
-        let mut longest = FIRST_RADII * situation.sensor.radius().max(1) as f32;
-        loop {
-            let routes =
-                ShortestPathTree::within(situation.terrain, situation.connectivity, situation.robot, longest);
-            let decision = best_within(situation, self.path_length_weight, &mut gain, &routes);
-            let best = decision.scores[decision.chosen.index()].max(LEAST_NATS / ROUNDING);
-            let is_best = path_length_weight(self.path_length_weight, longest) * most < best;
-            if is_best || !routes.is_cut() {
-                return decision;
-            }
-            let reach = (most / best - 1.0) / self.path_length_weight * ROUNDING;
-            #[expect(clippy::cast_possible_truncation, reason = "rounded up by far more")]
-            let reach = reach as f32;
-            // Where the weight hardly falls, or not at all, no length is too long to win.
-            longest = if reach > longest { reach } else { f32::INFINITY };
+        let weight = |length| path_length_weight(self.path_length_weight, length);
+        let within = |longest| {
+            ShortestPathTree::within(situation.terrain, situation.connectivity, situation.robot, longest)
+        };
+        let near = FIRST_RADII * situation.sensor.radius().max(1) as f32;
+        let routes = within(near);
+        let decision = best_within(situation, self.path_length_weight, &mut gain, &routes);
+        let mut best = decision.scores[decision.chosen.index()].max(LEAST_NATS / ROUNDING);
+        if weight(near) * most < best || !routes.is_cut() {
+            return decision;
         }
+        let reach = (most / best - 1.0) / self.path_length_weight * ROUNDING;
+        #[expect(clippy::cast_possible_truncation, reason = "rounded up by far more")]
+        let reach = reach as f32;
+        // Where the weight hardly falls, or not at all, no length is too long to win.
+        let mut routes = within(if reach > near { reach } else { f32::INFINITY });
+        if let Some(bounds) = bound::of_paths(situation, &gain, &routes) {
+            let most = |cell: Cell, length| weight(length) * (bounds[cell.index()] * ROUNDING + LEAST_NATS);
+            let first = routes.candidates().iter().copied().map(|it| (it, most(it, routes.length(it))));
+            if let Some((cell, _)) = first.max_by(|(_, a), (_, b)| a.total_cmp(b)) {
+                best = best.max(best_along(
+                    self.path_length_weight,
+                    Walk::new(situation, &mut gain),
+                    &routes,
+                    cell,
+                ));
+            }
+            routes = routes.only_to(|cell, length| most(cell, length) >= best);
+        }
+        if routes.candidates().is_empty() {
+            return decision;
+        }
+        best_within(situation, self.path_length_weight, &mut gain, &routes)
     }
+}
+
+/// The best score of the candidates on the path to a cell.
+fn best_along(weight_per_cell: f64, mut walk: Walk<'_>, routes: &ShortestPathTree, to: Cell) -> f64 {
+    let mut best = f64::NEG_INFINITY;
+    for (cell, depth) in routes.path(to).into_iter().zip(1..) {
+        let utility = f64::from(walk.enter(cell, depth));
+        best = best.max(path_length_weight(weight_per_cell, routes.length(cell)) * utility);
+    }
+    walk.leave_to(0);
+    best
 }
 
 /// The first path length up to which candidates are scored, sensor radii.
 const FIRST_RADII: f32 = 4.0;
+/// The part of the map up to which candidates are few.
+const FEW_OF: usize = 32;
 /// Factor on the bound: scores are sums of 32-bit numbers, and the table of gains is interpolated.
 const ROUNDING: f64 = 1.01;
 
@@ -75,7 +107,11 @@ fn best_within(
     gain: &mut UtilityGain<'_>,
     routes: &ShortestPathTree,
 ) -> Decision {
-    let utility = utilities(situation, gain, routes, &runs::kinds(situation, routes));
+    let cell_count = situation.terrain.grid().cell_count();
+    // Few paths are walked sooner than straight runs are found on the whole map.
+    let is_few = routes.candidates().len() * FEW_OF <= cell_count;
+    let kinds = if is_few { runs::walked(routes, cell_count) } else { runs::kinds(situation, routes) };
+    let utility = utilities(situation, gain, routes, &kinds);
     let mut scores = vec![f64::NEG_INFINITY; utility.len()];
     for &cell in routes.candidates() {
         let weight = path_length_weight(weight_per_cell, routes.length(cell));
