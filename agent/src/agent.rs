@@ -2,6 +2,7 @@
 
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
+use dragnet_proto::knowledge::{Knowledge, SharedKnowledge};
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus};
 use dragnet_proto::radio::max_observations;
 use dragnet_proto::replica::Replica;
@@ -16,7 +17,6 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId, Source};
 use dragnet_search::policy::{Decision, Policy};
-use dragnet_search::reach::Reach;
 use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
@@ -25,7 +25,7 @@ use dragnet_search::terrain::Terrain;
 use std::borrow::Cow;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::blind_spots::BlindSpots;
 use crate::heartbeat::HeartbeatSchedule;
@@ -45,8 +45,10 @@ pub struct AgentConfig {
     pub connectivity: Connectivity,
     /// The robot's sensor.
     pub sensor: Arc<Sensor>,
-    /// The belief before any reading.
-    pub prior: Arc<Belief>,
+    /// What it knows at first: the prior.
+    pub knowledge: Knowledge,
+    /// Prior probability in cells that the operator adds.
+    pub added_prior: f64,
     /// Limits by which observations are validated.
     pub limits: Limits,
     /// Detection threshold, stopping conditions, and communication periods.
@@ -62,7 +64,8 @@ impl AgentConfig {
     #[must_use]
     pub fn of_team(scenario: &Scenario, seed: u64) -> Vec<Self> {
         let (terrain, sensor) = (Arc::new(scenario.terrain().clone()), Arc::new(scenario.sensor().clone()));
-        let prior = Arc::new(scenario.prior().clone());
+        let knowledge = Knowledge::new(&terrain, scenario.prior().clone(), sensor.radius());
+        let added_prior = added_prior(scenario.prior(), &terrain);
         let numbers = scenario.robots().iter().map(|robot| robot.id);
         let limits = Limits::new(Arc::clone(&terrain), Arc::clone(&sensor), numbers, scenario.mission());
         let team = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
@@ -74,7 +77,8 @@ impl AgentConfig {
                 terrain: Arc::clone(&terrain),
                 connectivity: scenario.connectivity(),
                 sensor: Arc::clone(&sensor),
-                prior: Arc::clone(&prior),
+                knowledge: knowledge.clone(),
+                added_prior,
                 limits: limits.clone(),
                 mission: scenario.mission().clone(),
                 bytes_per_second: scenario.network().bytes_per_second,
@@ -126,9 +130,6 @@ pub struct Agent {
     config: AgentConfig,
     policy: Box<dyn Policy + Send>,
     random: Stream,
-    belief: Belief,
-    /// Cells that robots can observe, from the cells of all observations.
-    reach: Reach,
     replica: Replica,
     team: Team,
     activity: Activity,
@@ -164,8 +165,6 @@ pub struct Agent {
     heartbeats: HeartbeatSchedule,
     /// The operator's directive, as far as known.
     directive: Directive,
-    /// Prior probability in cells that the operator adds.
-    added_prior: f64,
     /// The state of waiting for teammates.
     waiting: Waiting,
     /// Whether its heartbeats tell the digest of its belief.
@@ -199,10 +198,13 @@ impl Agent {
         Self {
             policy,
             random: stream(config.seed, Purpose::Decision, config.id().number()),
-            belief: Belief::clone(&config.prior),
-            reach: Reach::unknown(config.terrain.grid(), config.sensor.radius()),
-            replica: Replica::new(participant, config.mission.heartbeat / 2, config.limits.clone())
-                .with_max_observations(max_observations(config.bytes_per_second, &config.sensor)),
+            replica: Replica::new(
+                participant,
+                config.mission.heartbeat / 2,
+                config.limits.clone(),
+                config.knowledge.clone(),
+            )
+            .with_max_observations(max_observations(config.bytes_per_second, &config.sensor)),
             team: Team::default(),
             activity: Activity::Searching,
             cell: None,
@@ -222,7 +224,6 @@ impl Agent {
             dated: MissionTime::START,
             heartbeats: HeartbeatSchedule::new(config.place, config.mission.heartbeat),
             directive: Directive::default(),
-            added_prior: added_prior(&config.prior, &config.terrain),
             waiting: Waiting::default(),
             tells_digest: true,
             config,
@@ -250,9 +251,14 @@ impl Agent {
             let used = observation.origin.incarnation;
             self.unused_incarnation = self.unused_incarnation.max(used.saturating_add(1));
         }
-        if self.replica.record(Arc::clone(observation)) == Ok(Entry::New) {
-            self.count(observation);
+        if self.replica.record(observation) == Ok(Entry::New) {
+            self.sightings.add(&observation.readings);
         }
+    }
+
+    /// Shares what it knows with other robots of the process.
+    pub fn share(&mut self, shared: &SharedKnowledge) {
+        self.replica.share(shared);
     }
 
     /// Releases observations from memory: at most the last `held` of each origin are kept. To be called once all are
@@ -300,14 +306,14 @@ impl Agent {
 
     /// The robot's belief.
     #[must_use]
-    pub const fn belief(&self) -> &Belief {
-        &self.belief
+    pub fn belief(&self) -> &Belief {
+        self.replica.belief()
     }
 
     /// Whether a cell's probability reaches the mission's detection threshold.
     #[must_use]
     pub fn is_found(&self, cell: Cell) -> bool {
-        self.belief.is_found(cell, self.config.mission.detection_threshold)
+        self.belief().is_found(cell, self.config.mission.detection_threshold)
     }
 
     /// The robot's activity.
@@ -320,6 +326,12 @@ impl Agent {
     #[must_use]
     pub const fn decisions(&self) -> u64 {
         self.decisions
+    }
+
+    /// When a message of a teammate that is not lost arrived last.
+    #[must_use]
+    pub fn heard(&self, teammate: RobotId) -> Option<MissionTime> {
+        self.team.heard(teammate)
     }
 
     /// All observations known.
@@ -381,14 +393,14 @@ impl Agent {
             from: cell,
             readings,
         });
-        if let Err(rejected) = self.replica.record(Arc::clone(&observation)) {
+        if let Err(rejected) = self.replica.record(&observation) {
             effects.rejected.push(rejected);
             return;
         }
         self.observations += 1;
         let AgentConfig { terrain, sensor, .. } = &self.config;
         self.blind_spots.add(terrain, sensor, cell, &observation.readings);
-        self.count(&observation);
+        self.sightings.add(&observation.readings);
         effects.kept.push(Arc::clone(&observation));
         effects.published.push((Audience::All, Message::Observation(observation)));
     }
@@ -412,16 +424,6 @@ impl Agent {
             }
             None => self.plan.clear(),
         }
-    }
-
-    fn count(&mut self, observation: &Observation) {
-        if observation.origin.source != Source::Operator {
-            self.reach.add_robot(&self.config.terrain, observation.from);
-        }
-        for reading in &observation.readings {
-            self.belief.add(reading);
-        }
-        self.sightings.add(&observation.readings);
     }
 
     fn meters(&self, from: Cell, to: Cell) -> f64 {
@@ -458,7 +460,7 @@ impl Agent {
             }
         }
         for observation in received.new {
-            self.count(&observation);
+            self.sightings.add(&observation.readings);
             effects.kept.push(observation);
         }
         effects.repeats.extend(received.repeats);
@@ -480,7 +482,7 @@ impl Agent {
             return;
         }
         let terrain = Arc::make_mut(&mut self.config.terrain);
-        self.belief.search_also(terrain, self.directive.added.iter().copied(), self.added_prior);
+        self.replica.search_also(terrain, self.directive.added.iter().copied(), self.config.added_prior);
         let is_paused = self.activity == Activity::Paused;
         if is_paused != self.directive.is_paused
             || self.activity.is_rest()
@@ -530,9 +532,14 @@ impl Agent {
     fn is_cleared(&self) -> bool {
         self.config.mission.stop_when_expected_remaining.is_some_and(|threshold| {
             let AgentConfig { terrain, mission, .. } = &self.config;
-            let belief =
-                planning_belief(&self.belief, &self.sightings, &self.blind_spots, &self.config.sensor);
-            belief.expects_at_most(terrain, &self.reach, mission.detection_threshold, threshold)
+            let reach = self.replica.reach();
+            let belief = planning_belief(
+                self.replica.belief(),
+                &self.sightings,
+                &self.blind_spots,
+                &self.config.sensor,
+            );
+            belief.expects_at_most(terrain, reach, mission.detection_threshold, threshold)
         })
     }
 
@@ -565,7 +572,7 @@ impl Agent {
         };
         let (activity, path) = match resting {
             Some(activity) => (activity, Vec::new()),
-            None => self.choose(now, cell),
+            None => self.choose_measured(now, cell, effects),
         };
         self.waiting = Waiting { since: now, known: self.known(), until: None };
         if activity != Activity::Searching && activity == self.activity {
@@ -581,6 +588,20 @@ impl Agent {
         effects.published.push((Audience::All, Message::Intent(self.intent())));
     }
 
+    /// The same as [`Agent::choose`], with the computing time if a waypoint was chosen.
+    fn choose_measured(
+        &mut self,
+        now: MissionTime,
+        robot: Cell,
+        effects: &mut Effects<Message>,
+    ) -> (Activity, Vec<Cell>) {
+        // Only measured: no decision depends on it.
+        let start = Instant::now();
+        let chosen = self.choose(now, robot);
+        effects.decision = (chosen.0 == Activity::Searching).then(|| start.elapsed());
+        chosen
+    }
+
     /// The next path from this cell, or the reason why there is none.
     ///
     /// A robot first leaves to its teammates what they plan to observe and what is nearer to them. If nothing else is
@@ -589,10 +610,10 @@ impl Agent {
     /// several helpers may go to the same cells: `docs/results.md` compares this with what else they could do. If
     /// teammates plan to observe all that is left, it waits; if they plan nothing, nothing is left.
     fn choose(&mut self, now: MissionTime, robot: Cell) -> (Activity, Vec<Cell>) {
-        let planned_precision = self.team.planned_precision(self.config.view(now), robot);
-        let mut decision = self.decide_with(now, &planned_precision, robot);
+        let planned = self.team.planned(self.config.view(now));
+        let with_shares = self.team.with_shares(&planned, self.config.view(now), robot);
+        let mut decision = self.decide_with(now, &with_shares, robot);
         if decision.is_rest() && decision.had_candidates() && self.team.is_anything_planned() {
-            let planned = self.team.planned(self.config.view(now));
             decision = self.decide_with(now, &planned, robot);
             decision.path.truncate(self.config.sensor.radius() as usize);
         }
@@ -616,7 +637,8 @@ impl Agent {
         planned_precision: &PlannedPrecision,
         robot: Cell,
     ) -> Decision {
-        let belief = planning_belief(&self.belief, &self.sightings, &self.blind_spots, &self.config.sensor);
+        let belief =
+            planning_belief(self.replica.belief(), &self.sightings, &self.blind_spots, &self.config.sensor);
         let situation = Situation {
             terrain: &self.config.terrain,
             connectivity: self.config.connectivity,
@@ -637,7 +659,7 @@ impl Agent {
             incarnation: self.origin.incarnation,
             decision: self.plans,
             time_ns: self.decided.0,
-            path: self.plan.clone(),
+            path: self.plan.clone().into(),
         }
     }
 
@@ -650,8 +672,8 @@ impl Agent {
             cell,
             path_meters: self.path_meters,
             intent: self.intent(),
-            versions: self.replica.log().versions(),
-            digest: if self.tells_digest { self.belief.digest() } else { Digest(0) },
+            versions: self.replica.versions(),
+            digest: if self.tells_digest { self.replica.digest() } else { Digest(0) },
             directive: self.directive.clone(),
         };
         effects.published.push((Audience::All, Message::Heartbeat(heartbeat)));

@@ -1,7 +1,6 @@
 //! The robot as a state machine that a clock and a network, real or simulated, can drive.
 
 use std::num::NonZeroUsize;
-use std::time::Instant;
 
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
@@ -18,7 +17,7 @@ impl StateMachine for Agent {
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        Ok(self.measured(|agent| agent.react(now, event)))
+        Ok(self.react(now, event))
     }
 
     fn receive(
@@ -27,7 +26,7 @@ impl StateMachine for Agent {
         from: Participant,
         message: &Message,
     ) -> Result<Effects<Message>, ParticipantError> {
-        Ok(self.measured(|agent| agent.receive(now, from, message)))
+        Ok(Agent::receive(self, now, from, message))
     }
 
     fn release(&mut self, held: NonZeroUsize) {
@@ -39,22 +38,10 @@ impl StateMachine for Agent {
     }
 
     fn digest(&self) -> Digest {
-        self.belief().digest()
+        self.replica().digest()
     }
 
     fn observations(&self) -> u64 {
         self.replica().log().len()
-    }
-}
-
-impl Agent {
-    /// The effects of `act`, with the computing time of a decision, if it made one.
-    fn measured(&mut self, act: impl FnOnce(&mut Self) -> Effects<Message>) -> Effects<Message> {
-        let decisions = self.decisions();
-        // Only measured: no decision depends on it.
-        let start = Instant::now();
-        let effects = act(self);
-        let elapsed = start.elapsed();
-        Effects { decision: (self.decisions() > decisions).then_some(elapsed), ..effects }
     }
 }

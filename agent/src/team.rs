@@ -1,6 +1,5 @@
 //! A robot's knowledge of its teammates: which are alive, and their plans.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use dragnet_proto::message::Intent;
@@ -14,7 +13,8 @@ use dragnet_search::terrain::Terrain;
 /// The teammates that messages have been received from.
 #[derive(Clone, Debug, Default)]
 pub struct Team {
-    mates: BTreeMap<RobotId, Teammate>,
+    /// By [`RobotId::index`].
+    mates: Vec<Option<Teammate>>,
     /// Number of changes of their plans.
     changes: u64,
 }
@@ -79,7 +79,13 @@ impl Team {
     /// Whether a teammate is alive, as far as known.
     #[must_use]
     pub fn is_alive(&self, robot: RobotId) -> bool {
-        self.mates.contains_key(&robot)
+        self.mates.get(robot.index()).is_some_and(Option::is_some)
+    }
+
+    /// When a message of a teammate that is alive arrived last.
+    #[must_use]
+    pub fn heard(&self, robot: RobotId) -> Option<MissionTime> {
+        Some(self.mates.get(robot.index())?.as_ref()?.last_received)
     }
 
     /// Records that a message of a teammate has arrived.
@@ -108,7 +114,7 @@ impl Team {
         if let Some(plan) = &mut mate.plan
             && let Some(place) = plan.path.iter().position(|&planned| planned == cell)
         {
-            plan.path.drain(..=place);
+            plan.path.enter(place + 1);
             mate.has_gone_on(now);
             self.changes += 1;
         }
@@ -116,32 +122,37 @@ impl Team {
 
     /// Removes a lost teammate and its plan.
     pub fn lost(&mut self, robot: RobotId) {
-        self.changes += u64::from(self.mates.remove(&robot).is_some());
+        let mate = self.mates.get_mut(robot.index()).and_then(Option::take);
+        self.changes += u64::from(mate.is_some());
     }
 
     /// Drops teammates that were silent for too long, and disregards the plans of those without progress.
     pub fn review(&mut self, now: MissionTime, patience: Patience) {
-        let before = self.mates.len();
-        self.mates.retain(|_, mate| now <= mate.last_received + patience.silence);
-        self.changes += u64::from(self.mates.len() < before);
-        for mate in self.mates.values_mut() {
+        let mut is_any_silent = false;
+        for place in &mut self.mates {
+            let Some(mate) = place else { continue };
+            if now > mate.last_received + patience.silence {
+                *place = None;
+                is_any_silent = true;
+                continue;
+            }
             let has_stalled = !mate.is_stalled && now > mate.last_progress + patience.stillness;
             mate.is_stalled |= has_stalled;
             self.changes += u64::from(has_stalled);
         }
+        self.changes += u64::from(is_any_silent);
     }
 
     /// Teammates that are alive.
     pub fn alive(&self) -> impl Iterator<Item = RobotId> + '_ {
-        self.mates.keys().copied()
+        self.known().map(|(robot, _)| robot)
     }
 
     /// The observations on the paths of all plans.
     #[must_use]
     pub fn planned(&self, view: View<'_>) -> PlannedPrecision {
         let mut planned = PlannedPrecision::nothing(view.terrain);
-        let mates = self.mates.iter().filter(|(_, mate)| !mate.is_stalled);
-        for (robot, mate) in mates {
+        for (robot, mate) in self.known().filter(|(_, mate)| !mate.is_stalled) {
             let Some(plan) = &mate.plan else { continue };
             let elapsed = view.now.since(mate.last_progress).as_secs_f64();
             let plan = TeammatePlan {
@@ -155,22 +166,31 @@ impl Team {
         planned
     }
 
-    /// The planned precision for a robot: all teammates' paths, and their shares of cells that are nearer to their
-    /// waypoints.
+    /// The planned precision for a robot: all teammates' paths ([`Team::planned`]), and their shares of cells that are
+    /// nearer to their waypoints.
     #[must_use]
-    pub fn planned_precision(&self, view: View<'_>, robot: Cell) -> PlannedPrecision {
-        let mut planned_precision = self.planned(view);
+    pub fn with_shares(&self, planned: &PlannedPrecision, view: View<'_>, robot: Cell) -> PlannedPrecision {
+        let mut with_shares = planned.clone();
         let waypoints: Vec<Cell> = self.plans_of_all().filter_map(|plan| plan.path.last().copied()).collect();
-        planned_precision.add_shares(view.terrain, view.sensor, robot, &waypoints);
-        planned_precision
+        with_shares.add_shares(view.terrain, view.sensor, robot, &waypoints);
+        with_shares
     }
 
     fn plans_of_all(&self) -> impl Iterator<Item = &Intent> {
-        self.mates.values().filter(|mate| !mate.is_stalled).filter_map(|mate| mate.plan.as_ref())
+        let mates = self.known().filter(|(_, mate)| !mate.is_stalled);
+        mates.filter_map(|(_, mate)| mate.plan.as_ref())
+    }
+
+    fn known(&self) -> impl Iterator<Item = (RobotId, &Teammate)> {
+        let numbered = (1..=u16::MAX).filter_map(RobotId::new).zip(&self.mates);
+        numbered.filter_map(|(robot, mate)| Some((robot, mate.as_ref()?)))
     }
 
     fn mate(&mut self, now: MissionTime, robot: RobotId) -> &mut Teammate {
-        let mate = self.mates.entry(robot).or_insert(Teammate {
+        if robot.index() >= self.mates.len() {
+            self.mates.resize(robot.index() + 1, None);
+        }
+        let mate = self.mates[robot.index()].get_or_insert(Teammate {
             last_received: now,
             cell: None,
             plan: None,
@@ -209,7 +229,7 @@ mod tests {
             let path = self.cells(path);
             self.team.plans(
                 MissionTime::START,
-                &Intent { robot: MATE, incarnation: 0, decision, time_ns: 0, path },
+                &Intent { robot: MATE, incarnation: 0, decision, time_ns: 0, path: path.into() },
             );
         }
 
@@ -228,7 +248,8 @@ mod tests {
                 robot,
                 &path[path.len().saturating_sub(1)..],
             );
-            let planned_precision = self.team.planned_precision(self.view(MissionTime::START), robot);
+            let view = self.view(MissionTime::START);
+            let planned_precision = self.team.with_shares(&self.team.planned(view), view, robot);
             for cell in self.terrain.grid().cells() {
                 assert_eq!(planned_precision.precision(cell), expected_precision.precision(cell), "{cell:?}");
             }
@@ -268,9 +289,9 @@ mod tests {
         let mut field = Field::new();
         field.plans(0, 0..5);
         let at = |seconds: u64| MissionTime(seconds * 1_000_000_000);
-        let (first, robot) = (field.cells([0])[0], field.cells([5])[0]);
+        let first = field.cells([0])[0];
         field.team.walked(at(4), MATE, first);
-        let planned_precision = field.team.planned_precision(field.view(at(10)), robot);
+        let planned_precision = field.team.planned(field.view(at(10)));
         let plan = &planned_precision.plans()[0];
         assert_eq!((plan.member, plan.cell), (Some(1), Some(first)));
         assert_eq!((plan.path.len(), plan.driven_cells), (4, 3.0));

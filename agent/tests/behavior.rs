@@ -72,7 +72,7 @@ fn an_observation_is_published_and_followed_by_a_plan() {
     match said(&effects)[..] {
         [Message::Observation(observation), Message::Intent(intent)] => {
             assert_eq!((observation.origin, observation.sequence), (Origin::first(RobotId::FIRST), 0));
-            assert_eq!(intent.path, path);
+            assert_eq!(*intent.path, path);
         }
         ref other => panic!("{other:?}"),
     }
@@ -103,7 +103,7 @@ fn path_of_second(plan_heard_at: Option<u64>, made_at: u64) -> (Vec<Cell>, Optio
         incarnation: 0,
         decision: 1,
         time_ns: made_at * SECOND,
-        path: blind.clone(),
+        path: blind.clone().into(),
     });
     if plan_heard_at == Some(0) {
         field.receive(0, 1, plan.clone());

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::directive::{Directive, added_prior};
+use dragnet_proto::knowledge::Knowledge;
 use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus};
 use dragnet_proto::radio::max_observations;
 use dragnet_proto::replica::Replica;
@@ -21,7 +22,6 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, Origin, RobotId, Source};
-use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
 use crate::declaration::Declarations;
@@ -118,9 +118,6 @@ pub enum Record {
 /// One mission.
 pub struct Mission {
     config: CoordinatorConfig,
-    belief: Belief,
-    /// Cells that robots can observe, from the cells of all observations.
-    reach: Reach,
     replica: Replica,
     declarations: Declarations,
     liveness: Liveness,
@@ -144,10 +141,13 @@ impl Mission {
         let mut declarations = Declarations::new(config.detection_threshold);
         declarations.review(MissionTime::START, &config.prior, config.terrain.searched_cells());
         Self {
-            belief: config.prior.clone(),
-            reach: Reach::unknown(config.terrain.grid(), config.sensor_radius),
-            replica: Replica::new(Participant::Coordinator, config.heartbeat / 2, config.limits.clone())
-                .with_max_observations(config.max_observations),
+            replica: Replica::new(
+                Participant::Coordinator,
+                config.heartbeat / 2,
+                config.limits.clone(),
+                Knowledge::new(&config.terrain, config.prior.clone(), config.sensor_radius),
+            )
+            .with_max_observations(config.max_observations),
             declarations,
             liveness: Liveness::new(config.robots.iter().copied(), config.lost_after),
             tracks: Tracks::default(),
@@ -210,8 +210,8 @@ impl Mission {
 
     /// The merged belief.
     #[must_use]
-    pub const fn belief(&self) -> &Belief {
-        &self.belief
+    pub fn belief(&self) -> &Belief {
+        self.replica.belief()
     }
 
     /// All observations known.
@@ -222,7 +222,7 @@ impl Mission {
 
     /// Currently declared objects, by cell.
     pub fn declared(&self) -> impl Iterator<Item = Detection> + '_ {
-        self.declarations.detections(&self.belief)
+        self.declarations.detections(self.belief())
     }
 
     /// Robots that are alive, by number.
@@ -248,13 +248,13 @@ impl Mission {
             declared: self.declared().collect(),
             expected_remaining: self.declarations.expected_remaining(
                 &self.config.terrain,
-                &self.reach,
-                &self.belief,
+                self.replica.reach(),
+                self.belief(),
             ),
             alive: self.alive().collect(),
             observations: self.replica.log().len(),
-            versions: self.replica.log().versions(),
-            digest: self.belief.digest(),
+            versions: self.replica.versions(),
+            digest: self.replica.digest(),
             directive: self.directive.clone(),
             doubled: self.doubled.iter().copied().collect(),
         }
@@ -299,14 +299,10 @@ impl Mission {
             let Observation { origin, from, time_ns, .. } = **observation;
             if let Source::Robot(robot) = origin.source {
                 self.locate(robot, from, MissionTime(time_ns), outcome);
-                self.reach.add_robot(&self.config.terrain, from);
-            }
-            for reading in &observation.readings {
-                self.belief.add(reading);
             }
         }
         let readings = observations.iter().flat_map(|observation| &observation.readings);
-        self.declarations.review(now, &self.belief, readings.map(|reading| reading.cell))
+        self.declarations.review(now, self.replica.belief(), readings.map(|reading| reading.cell))
     }
 
     fn locate(&mut self, robot: RobotId, cell: Cell, time: MissionTime, outcome: &mut Outcome) {
@@ -317,7 +313,7 @@ impl Mission {
 
     fn plan(&mut self, intent: &Intent, outcome: &mut Outcome) {
         if self.tracks.plans(intent) {
-            outcome.records.push(Record::Plan { robot: intent.robot, path: intent.path.clone() });
+            outcome.records.push(Record::Plan { robot: intent.robot, path: intent.path.to_vec() });
         }
     }
 
@@ -349,7 +345,7 @@ impl Mission {
 
     fn snapshot(&mut self, now: MissionTime, outcome: &mut Outcome) {
         self.next_belief = now + self.config.belief_period;
-        outcome.records.push(Record::Belief(Arc::new(self.belief.clone())));
+        outcome.records.push(Record::Belief(Arc::new(self.belief().clone())));
     }
 }
 

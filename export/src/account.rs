@@ -191,7 +191,7 @@ impl Fold {
         let plan = |(robot, track): (RobotId, &Track)| {
             let path = track.plan.as_ref()?.path.clone();
             let (from, _) = track.pose?;
-            (!path.is_empty()).then_some((robot, Plan { from, path }))
+            (!path.is_empty()).then_some((robot, Plan { from, path: path.to_vec() }))
         };
         self.mission.tracks().robots().filter_map(plan).collect()
     }

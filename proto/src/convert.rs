@@ -18,7 +18,7 @@ use dragnet_ros2::schema::RosMessage;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
-use dragnet_search::observation::Source;
+use dragnet_search::observation::{Source, Versions};
 use serde::de::DeserializeOwned;
 
 pub use error::ConvertError;
@@ -30,7 +30,7 @@ use self::check::Check;
 use self::field::Place;
 use self::packed::{Map, Packed};
 use crate::dragnet_msgs as wire;
-use crate::message::{Message, MessageKind};
+use crate::message::{Heartbeat, Message, MessageKind};
 use crate::step::{Sensed, Step, StepReply};
 
 /// The bytes of a message as a ROS 2 message in CDR.
@@ -88,6 +88,9 @@ pub fn check_sender(message: &Message, sender: Participant) -> Result<(), Conver
         Err(ConvertError::Sender { message: message.kind(), author, sender })
     }
 }
+
+/// What each version after the first adds to a version vector: a number of 2 bytes, aligned to 8, and two of 8 bytes.
+const VERSION_BYTES: usize = 24;
 
 /// Decodes messages of a mission on one map.
 #[derive(Clone, Copy, Debug)]
@@ -147,6 +150,19 @@ impl Codec {
             Message::SyncRequest(request) => packed::pack(&wire::SyncRequest::from(request), map),
             Message::SyncReply(reply) => packed::pack(&wire::SyncReply::from(reply), map),
             Message::MissionStatus(status) => packed::pack(&wire::MissionStatus::from(status), map),
+        }
+    }
+
+    /// The number of bytes of a message. Most bytes of a large team are version vectors, whose length needs no encoding.
+    #[must_use]
+    pub fn encoded_len(&self, message: &Message) -> usize {
+        match message {
+            Message::Heartbeat(heartbeat) if self.radio.is_none() && heartbeat.versions.len() > 1 => {
+                let versions: Versions = heartbeat.versions.iter().copied().take(1).collect();
+                let short = Heartbeat { versions, ..heartbeat.clone() };
+                encode(&Message::Heartbeat(short)).len() + (heartbeat.versions.len() - 1) * VERSION_BYTES
+            }
+            message => self.encode(message).len(),
         }
     }
 

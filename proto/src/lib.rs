@@ -2,7 +2,7 @@
 //!
 //! - [`message`], [`step`], [`dragnet_msgs`], [`convert`]: the content, as ROS 2 messages in CDR;
 //! - [`key`], [`sender`], [`clock`]: keys, sending processes, and mission time;
-//! - [`replica`], [`validation`]: each observation counts exactly once, and only if it is physically possible;
+//! - [`replica`], [`validation`], [`knowledge`]: each observation counts exactly once, and only if it is physically possible;
 //! - [`radio`]: which message a radio with a limited rate sends next;
 //! - [`command`], [`directive`]: the operator's commands, and how they reach every robot;
 //! - [`state_machine`]: the contract of robots and coordinator: events in, effects out.
@@ -15,6 +15,7 @@ pub mod convert;
 pub mod directive;
 pub mod dragnet_msgs;
 pub mod key;
+pub mod knowledge;
 #[cfg(test)]
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
+use dragnet_search::intent::PlannedPath;
 use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 
 use crate::directive::Directive;
@@ -94,7 +95,7 @@ pub struct Intent {
     /// When the decision was made, nanoseconds of mission time.
     pub time_ns: u64,
     /// Cells still to be entered, in order; empty when the robot rests.
-    pub path: Vec<Cell>,
+    pub path: PlannedPath,
 }
 
 impl Intent {

@@ -16,9 +16,15 @@ use std::time::Duration;
 
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Source, Versions};
+use dragnet_search::reach::Reach;
+use dragnet_search::terrain::Terrain;
 
 use self::questions::Questions;
+use crate::knowledge::{Knowledge, SharedKnowledge};
 use crate::message::{Message, SyncReply, SyncRequest};
 use crate::validation::{Limits, Rejected, Rejection, RejectionKind};
 
@@ -26,14 +32,14 @@ use crate::validation::{Limits, Rejected, Rejection, RejectionKind};
 /// ones could fill any memory.
 pub const MAX_STARTS: usize = 1024;
 
-/// One participant's copy of all observations.
+/// One participant's copy of all observations, and what it knows by them.
 #[derive(Clone, Debug)]
 pub struct Replica {
     owner: Participant,
     limits: Limits,
     /// The maximum number of observations in one reply.
     max_observations: usize,
-    log: ObservationLog,
+    knowledge: Knowledge,
     questions: Questions,
     rejected: BTreeMap<RejectionKind, u64>,
 }
@@ -52,12 +58,11 @@ pub struct Received {
 }
 
 impl Replica {
-    /// An empty replica. A request is repeated if it is not answered within `patience`.
+    /// A replica with this knowledge. A request is repeated if it is not answered within `patience`.
     #[must_use]
-    pub fn new(owner: Participant, patience: Duration, limits: Limits) -> Self {
-        let (log, rejected) = (ObservationLog::default(), BTreeMap::new());
-        let max_observations = SyncReply::MAX_OBSERVATIONS;
-        Self { owner, limits, max_observations, log, questions: Questions::new(patience), rejected }
+    pub fn new(owner: Participant, patience: Duration, limits: Limits, knowledge: Knowledge) -> Self {
+        let (questions, rejected) = (Questions::new(patience), BTreeMap::new());
+        Self { owner, limits, max_observations: SyncReply::MAX_OBSERVATIONS, knowledge, questions, rejected }
     }
 
     /// The same with replies of at most this number of observations, 1 to [`SyncReply::MAX_OBSERVATIONS`]: the whole team's.
@@ -68,14 +73,53 @@ impl Replica {
 
     /// All observations known.
     #[must_use]
-    pub const fn log(&self) -> &ObservationLog {
-        &self.log
+    pub fn log(&self) -> &ObservationLog {
+        self.knowledge.log()
+    }
+
+    /// The belief with the readings of all observations known.
+    #[must_use]
+    pub fn belief(&self) -> &Belief {
+        self.knowledge.belief()
+    }
+
+    /// Cells that robots can observe, from the cells of all observations known.
+    #[must_use]
+    pub fn reach(&self) -> &Reach {
+        self.knowledge.reach()
+    }
+
+    /// The version vector of all observations known.
+    #[must_use]
+    pub fn versions(&self) -> Versions {
+        self.knowledge.versions()
+    }
+
+    /// Digest of the evidence of all observations known.
+    #[must_use]
+    pub fn digest(&self) -> Digest {
+        self.knowledge.digest()
+    }
+
+    /// Shares its knowledge with other participants of the process.
+    pub fn share(&mut self, shared: &SharedKnowledge) {
+        self.knowledge.share(shared);
+    }
+
+    /// Adds cells to the search area, as [`Belief::search_also`].
+    pub fn search_also(
+        &mut self,
+        terrain: &mut Terrain,
+        cells: impl IntoIterator<Item = Cell>,
+        prior: f64,
+    ) -> Vec<Cell> {
+        self.knowledge.search_also(terrain, cells, prior)
     }
 
     /// Keeps at most the last `held` observations of each origin in memory: the others are stored elsewhere, from where
     /// requests for them, [`Received::repeats`], are answered.
     pub fn release(&mut self, held: NonZeroUsize) {
-        self.log.release(held);
+        self.knowledge.release(held);
     }
 
     /// Rejections, and their numbers.
@@ -89,7 +133,7 @@ impl Replica {
     ///
     /// # Errors
     /// If validation rejects it: the reason.
-    pub fn record(&mut self, observation: Arc<Observation>) -> Result<Entry, Rejected> {
+    pub fn record(&mut self, observation: &Arc<Observation>) -> Result<Entry, Rejected> {
         let of = observation.origin.source;
         self.offer(observation).map_err(|why| self.reject(self.owner, of, why))
     }
@@ -120,13 +164,8 @@ impl Replica {
 
     /// Requests the observations of another participant's version vector that are missing here.
     fn compare(&mut self, now: MissionTime, from: Participant, versions: &Versions, received: &mut Received) {
-        if self.log.is_same_as(versions) {
-            return;
-        }
-        for version in versions.iter() {
-            if version.next > self.log.next(version.origin) {
-                self.request(now, from, version.origin, received);
-            }
+        for origin in self.log().missing(versions) {
+            self.request(now, from, origin, received);
         }
     }
 
@@ -157,7 +196,7 @@ impl Replica {
         received: &mut Received,
     ) -> Option<Entry> {
         let dated = self.limits.check_date(now, observation);
-        match dated.and_then(|()| self.offer(Arc::clone(observation))) {
+        match dated.and_then(|()| self.offer(observation)) {
             Ok(entry) => {
                 if entry == Entry::New {
                     self.questions.answered(observation.origin);
@@ -173,15 +212,19 @@ impl Replica {
     }
 
     /// Only the next observation of an origin is validated: an early one is sent again, when those before it are known.
-    fn offer(&mut self, observation: Arc<Observation>) -> Result<Entry, Rejection> {
-        match self.log.entry(&observation) {
+    fn offer(&mut self, observation: &Arc<Observation>) -> Result<Entry, Rejection> {
+        if self.knowledge.follow(observation) {
+            return Ok(Entry::New);
+        }
+        match self.log().entry(observation) {
             Entry::New => {
-                let known = self.log.ends(observation.origin);
-                if known.is_none() && self.log.incarnations(observation.origin.source) >= MAX_STARTS {
+                let known = self.log().ends(observation.origin);
+                if known.is_none() && self.log().incarnations(observation.origin.source) >= MAX_STARTS {
                     return Err(Rejection::TooManyStarts);
                 }
-                self.limits.check(&observation, known)?;
-                Ok(self.log.insert(observation))
+                self.limits.check(observation, known)?;
+                self.knowledge.count(self.limits.terrain(), observation);
+                Ok(Entry::New)
             }
             Entry::Conflicting => Err(Rejection::Conflicting),
             entry @ (Entry::Known | Entry::Early) => Ok(entry),
@@ -199,9 +242,9 @@ impl Replica {
     }
 
     fn request(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
-        let is_new = self.log.next(of) == 0;
+        let is_new = self.log().next(of) == 0;
         let is_pointless =
-            !self.limits.counts(of.source) || is_new && self.log.incarnations(of.source) >= MAX_STARTS;
+            !self.limits.counts(of.source) || is_new && self.log().incarnations(of.source) >= MAX_STARTS;
         if !is_pointless && self.questions.may_request(now, whom, of) {
             self.ask_now(now, whom, of, received);
         }
@@ -209,16 +252,16 @@ impl Replica {
 
     fn ask_now(&mut self, now: MissionTime, whom: Participant, of: Origin, received: &mut Received) {
         self.questions.ask(now, whom, of);
-        let request = SyncRequest { from: self.owner, of, first: self.log.next(of) };
+        let request = SyncRequest { from: self.owner, of, first: self.log().next(of) };
         received.replies.push((whom, Message::SyncRequest(request)));
     }
 
     fn answer(&self, request: SyncRequest, received: &mut Received) {
-        let held = self.log.since(request.of, request.first);
+        let held = self.log().since(request.of, request.first);
         let observations = held[..held.len().min(self.max_observations)].to_vec();
         if !observations.is_empty() {
             received.replies.push((request.from, Message::SyncReply(SyncReply { observations })));
-        } else if request.first < self.log.next(request.of) {
+        } else if request.first < self.log().next(request.of) {
             received.repeats.push(request);
         }
     }
@@ -231,6 +274,7 @@ mod tests {
     use dragnet_scenario::Scenario;
     use dragnet_search::cell::Grid;
     use dragnet_search::evidence::Digest;
+    use dragnet_search::intent::PlannedPath;
     use dragnet_search::observation::{RobotId, Version};
 
     use super::questions::MOST_TO_ONE;
@@ -248,7 +292,9 @@ mod tests {
         let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 2 }\nobjects.count = 1\nsensor.radius = 1\n\
                     mission = { budget_seconds = 60.0, speed_meters_per_second = 100.0 }\nrobots.count = 3\n";
         let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
-        Replica::new(robot(number), SECOND, Limits::of(&scenario))
+        let knowledge =
+            Knowledge::new(scenario.terrain(), scenario.prior().clone(), scenario.sensor().radius());
+        Replica::new(robot(number), SECOND, Limits::of(&scenario), knowledge)
     }
 
     /// One a second.
@@ -270,7 +316,7 @@ mod tests {
             incarnation: 0,
             decision: 0,
             time_ns: 0,
-            path: Vec::new(),
+            path: PlannedPath::default(),
         };
         Message::Heartbeat(Heartbeat {
             robot: RobotId::new(2).unwrap(),
@@ -319,7 +365,7 @@ mod tests {
     fn requests_for_released_observations_are_handed_on() {
         let mut replica = replica(1);
         for sequence in 0..10 {
-            replica.record(observation(1, sequence)).unwrap();
+            replica.record(&observation(1, sequence)).unwrap();
         }
         replica.release(NonZeroUsize::new(4).unwrap());
         let mut ask = |first| {

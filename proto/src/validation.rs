@@ -178,6 +178,12 @@ impl Limits {
         Self::new(Arc::new(terrain), Arc::new(sensor), team, scenario.mission())
     }
 
+    /// The map.
+    #[must_use]
+    pub fn terrain(&self) -> &Terrain {
+        &self.terrain
+    }
+
     /// Whether a participant belongs to the mission.
     #[must_use]
     pub fn knows(&self, participant: Participant) -> bool {

@@ -92,7 +92,7 @@ fn intents() -> impl Strategy<Value = Intent> {
             incarnation,
             decision,
             time_ns,
-            path,
+            path: path.into(),
         },
     )
 }

@@ -30,6 +30,11 @@ pub trait RosMessage: Serialize {
         schema(Self::NAME, Self::DEFINITIONS)
     }
 
+    /// Its bytes, as [`crate::cdr::encode`]: of long messages that are encoded often, compiled where the message is
+    /// defined.
+    #[must_use]
+    fn to_cdr(&self) -> Vec<u8>;
+
     /// `RIHS01_` and 64 hexadecimal digits: ROS 2 nodes compare it to check that they mean the same message.
     #[must_use]
     fn type_hash() -> String {
@@ -66,6 +71,9 @@ impl MessageType {
 macro_rules! ros_messages {
     ($($message:ty => $name:literal,)*) => {
         $(impl RosMessage for $message {
+            fn to_cdr(&self) -> Vec<u8> {
+                $crate::cdr::encode(self)
+            }
             const NAME: &'static str = $name;
         })*
 

@@ -293,7 +293,7 @@ impl<'a> WorldServer<'a> {
         let known = self.plans.get(&robot);
         if known.is_none_or(|(by, known)| *by != identity || intent.is_newer_than(known)) {
             self.plans.insert(robot, (identity, intent.clone()));
-            self.send(robot, intent.path.clone());
+            self.send(robot, intent.path.to_vec());
         }
     }
 

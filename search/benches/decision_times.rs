@@ -41,7 +41,7 @@ fn main() {
     ] {
         print_episodes(name, target);
     }
-    print_large_map(Duration::from_millis(40));
+    print_large_map(Duration::from_millis(12));
     ratio::print();
     by_size::print();
 }

@@ -1,5 +1,7 @@
 //! The belief: the probability that a cell holds an object, from the prior and the evidence.
 
+use std::sync::Arc;
+
 use crate::cell::Cell;
 use crate::evidence::{CellEvidence, Digest, Evidence, Reading};
 use crate::reach::Reach;
@@ -9,7 +11,8 @@ use crate::terrain::Terrain;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Belief {
     /// `ln(p / (1 - p))` before any reading, shape `[cells]`; `-inf` where nothing is searched.
-    prior_log_odds_nats: Vec<f64>,
+    /// Copies share it.
+    prior_log_odds_nats: Arc<[f64]>,
     evidence: Evidence,
 }
 
@@ -53,7 +56,7 @@ impl Belief {
             let probability = if terrain.is_searched(cell) { probability } else { 0.0 };
             prior_log_odds_nats.push((probability / (1.0 - probability)).ln());
         }
-        Ok(Self { prior_log_odds_nats, evidence: Evidence::none(expected) })
+        Ok(Self { prior_log_odds_nats: prior_log_odds_nats.into(), evidence: Evidence::none(expected) })
     }
 
     /// The posterior of another belief as a prior: `ln(p / (1 - p))`, shape `[cells]`. Unlike [`Belief::new`] it
@@ -69,7 +72,7 @@ impl Belief {
         if let Some(cell) = log_odds_nats.iter().position(|log_odds| log_odds.is_nan()) {
             return Err(PriorError::Probability { cell, probability: f64::NAN });
         }
-        Ok(Self { prior_log_odds_nats: log_odds_nats, evidence: Evidence::none(expected) })
+        Ok(Self { prior_log_odds_nats: log_odds_nats.into(), evidence: Evidence::none(expected) })
     }
 
     /// The same prior with other evidence.
@@ -81,7 +84,7 @@ impl Belief {
         if given != expected {
             return Err(PriorError::CellCount { given, expected });
         }
-        Ok(Self { prior_log_odds_nats: self.prior_log_odds_nats.clone(), evidence })
+        Ok(Self { prior_log_odds_nats: Arc::clone(&self.prior_log_odds_nats), evidence })
     }
 
     /// The same prior probability in every searched cell.
@@ -110,11 +113,20 @@ impl Belief {
     ) -> Vec<Cell> {
         let prior_log_odds_nats = (probability / (1.0 - probability)).ln();
         let new: Vec<Cell> = cells.into_iter().filter(|&cell| !terrain.is_searched(cell)).collect();
-        for &cell in &new {
-            terrain.search(cell);
-            self.prior_log_odds_nats[cell.index()] = prior_log_odds_nats;
+        if !new.is_empty() {
+            let prior = Arc::make_mut(&mut self.prior_log_odds_nats);
+            for &cell in &new {
+                terrain.search(cell);
+                prior[cell.index()] = prior_log_odds_nats;
+            }
         }
         new
+    }
+
+    /// The address of the prior: copies whose prior has not been changed have the same.
+    #[must_use]
+    pub fn prior_address(&self) -> usize {
+        self.prior_log_odds_nats.as_ptr().addr()
     }
 
     /// Adds the evidence of a reading of a cell.

@@ -1,7 +1,8 @@
 //! Observations that teammates plan to make: along their planned paths, and in their shares of the rest of the map.
 
 use std::cmp::Ordering;
-use std::ops::Range;
+use std::ops::{Deref, Range};
+use std::sync::Arc;
 
 use crate::cell::{Cell, Grid, Offset, Position};
 use crate::sensor::Sensor;
@@ -15,6 +16,49 @@ pub struct PlannedPrecision {
     plans: Vec<TeammatePlan>,
 }
 
+/// The rest of a path that a robot has planned: cells to enter, in order. Copies share the path, whatever is left of it.
+#[derive(Clone, Debug, Default)]
+pub struct PlannedPath {
+    cells: Arc<[Cell]>,
+    /// Number of cells entered.
+    entered: usize,
+}
+
+impl PlannedPath {
+    /// Removes the first cells: they have been entered.
+    pub fn enter(&mut self, count: usize) {
+        self.entered = (self.entered + count).min(self.cells.len());
+    }
+}
+
+impl From<Vec<Cell>> for PlannedPath {
+    fn from(cells: Vec<Cell>) -> Self {
+        Self { cells: cells.into(), entered: 0 }
+    }
+}
+
+impl FromIterator<Cell> for PlannedPath {
+    fn from_iter<I: IntoIterator<Item = Cell>>(cells: I) -> Self {
+        cells.into_iter().collect::<Vec<Cell>>().into()
+    }
+}
+
+impl Deref for PlannedPath {
+    type Target = [Cell];
+
+    fn deref(&self) -> &[Cell] {
+        &self.cells[self.entered..]
+    }
+}
+
+impl PartialEq for PlannedPath {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl Eq for PlannedPath {}
+
 /// What is known of a teammate's plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TeammatePlan {
@@ -23,7 +67,7 @@ pub struct TeammatePlan {
     /// Where it was last, if known.
     pub cell: Option<Cell>,
     /// The cells that it was still to enter when it was last heard of, in order.
-    pub path: Vec<Cell>,
+    pub path: PlannedPath,
     /// How far it has come since, if it went on at its usual speed, cells.
     pub driven_cells: f64,
 }
@@ -49,10 +93,24 @@ impl PlannedPrecision {
     }
 
     /// Adds an observation from every cell of a path.
+    #[expect(clippy::cast_possible_wrap, reason = "a map has fewer than 2^31 cells")]
     pub fn add_path(&mut self, terrain: &Terrain, sensor: &Sensor, path: &[Cell]) {
+        let (grid, radius) = (terrain.grid(), sensor.radius());
+        let step = |Offset { north, east }| north as isize * grid.columns() as isize + east as isize;
+        let steps: Vec<(isize, i64)> =
+            sensor.footprint().iter().map(|it| (step(it.offset), it.precision)).collect();
+        let is_inside = |at: u32, count: u32| at >= radius && at + radius < count;
         for &from in path {
+            let Position { row, column } = grid.position(from);
+            // Far from the edges no cell of the footprint needs to be looked for.
+            if is_inside(row, grid.rows()) && is_inside(column, grid.columns()) {
+                for &(step, precision) in &steps {
+                    self.precision[from.index().wrapping_add_signed(step)] += precision;
+                }
+                continue;
+            }
             for observation in sensor.footprint() {
-                if let Some(cell) = terrain.grid().step(from, observation.offset) {
+                if let Some(cell) = grid.step(from, observation.offset) {
                     self.precision[cell.index()] += observation.precision;
                 }
             }

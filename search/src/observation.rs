@@ -4,12 +4,12 @@ use std::cmp::Ordering;
 use std::fmt;
 use std::num::{NonZeroU16, NonZeroUsize};
 use std::ops::Deref;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::cell::Cell;
-use crate::evidence::Reading;
+use crate::evidence::{Digest, Reading};
 
 /// A robot of the team, by its number. Numbers start at 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -135,6 +135,26 @@ pub struct Observation {
     pub readings: Vec<Reading>,
 }
 
+impl Observation {
+    /// A hash of all of it: equal observations have equal digests on every machine.
+    #[must_use]
+    pub fn digest(&self) -> Digest {
+        let Self { origin, sequence, time_ns, from, readings } = self;
+        let mut bytes = Vec::with_capacity(30 + 12 * readings.len());
+        bytes.extend(origin.source.number().to_le_bytes());
+        for number in [origin.incarnation, *sequence, *time_ns] {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend(from.number().to_le_bytes());
+        for Reading { cell, value, variance } in readings {
+            bytes.extend(cell.number().to_le_bytes());
+            bytes.extend(value.to_bits().to_le_bytes());
+            bytes.extend(variance.to_bits().to_le_bytes());
+        }
+        Digest(xxh3_128(&bytes))
+    }
+}
+
 /// The result of inserting an observation into a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entry {
@@ -158,18 +178,41 @@ pub struct Version {
 }
 
 /// A version vector, by origin: which observations a participant knows. Copies share one list.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Versions {
-    list: Arc<[Version]>,
+#[derive(Clone, Debug)]
+pub struct Versions(Arc<VersionList>);
+
+#[derive(Debug)]
+struct VersionList {
+    list: Vec<Version>,
     fingerprint: Fingerprint,
+    /// The first participant's knowledge that was seen to cover the list: others of its process mostly have the same.
+    covering: OnceLock<Fingerprint>,
+    /// Likewise the first knowledge that was compared with the list, and whether the list covers it.
+    covered: OnceLock<(Fingerprint, bool)>,
 }
+
+impl Versions {
+    /// A list in order.
+    fn new(list: Vec<Version>, fingerprint: Fingerprint) -> Self {
+        let (covering, covered) = (OnceLock::new(), OnceLock::new());
+        Self(Arc::new(VersionList { list, fingerprint, covering, covered }))
+    }
+}
+
+impl PartialEq for Versions {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.list == other.0.list
+    }
+}
+
+impl Eq for Versions {}
 
 impl FromIterator<Version> for Versions {
     fn from_iter<I: IntoIterator<Item = Version>>(versions: I) -> Self {
         let mut list: Vec<Version> = versions.into_iter().collect();
         list.sort_by_key(|version| version.origin);
         let fingerprint = list.iter().fold(Fingerprint::default(), |sum, &version| sum.with(version));
-        Self { list: list.into(), fingerprint }
+        Self::new(list, fingerprint)
     }
 }
 
@@ -189,7 +232,7 @@ impl Deref for Versions {
     type Target = [Version];
 
     fn deref(&self) -> &[Version] {
-        &self.list
+        &self.0.list
     }
 }
 
@@ -224,8 +267,8 @@ impl Fingerprint {
 /// elsewhere may be released: they stay known, and take no memory.
 #[derive(Clone, Debug, Default)]
 pub struct ObservationLog {
-    /// By [`Source::slot`]; of each source by incarnation. Most have one.
-    sources: Vec<Vec<(u64, Known)>>,
+    /// By [`Source::slot`]; of each source by incarnation. Most have one. Copies share what neither has changed.
+    sources: Vec<Arc<Vec<(u64, Known)>>>,
     /// Number of known observations.
     count: u64,
     fingerprint: Fingerprint,
@@ -269,9 +312,9 @@ impl ObservationLog {
         if entry == Entry::New {
             let Origin { source, incarnation } = observation.origin;
             if source.slot() >= self.sources.len() {
-                self.sources.resize_with(source.slot() + 1, Vec::new);
+                self.sources.resize_with(source.slot() + 1, Arc::default);
             }
-            let starts = &mut self.sources[source.slot()];
+            let starts = Arc::make_mut(&mut self.sources[source.slot()]);
             let start = starts.partition_point(|&(known, _)| known < incarnation);
             if starts.get(start).is_none_or(|&(known, _)| known != incarnation) {
                 let first = Arc::clone(&observation);
@@ -337,7 +380,7 @@ impl ObservationLog {
     /// The version vector: the known observations, by origin.
     #[must_use]
     pub fn versions(&self) -> Versions {
-        Versions { list: self.each().collect::<Vec<Version>>().into(), fingerprint: self.fingerprint }
+        Versions::new(self.each().collect(), self.fingerprint)
     }
 
     fn each(&self) -> impl Iterator<Item = Version> {
@@ -349,31 +392,45 @@ impl ObservationLog {
         })
     }
 
-    /// Whether a participant with this version vector knows the same observations.
+    /// The origins of which a participant with this version vector knows observations that are missing here.
     #[must_use]
-    pub fn is_same_as(&self, reported: &Versions) -> bool {
-        self.fingerprint == reported.fingerprint
+    pub fn missing(&self, reported: &Versions) -> Vec<Origin> {
+        let VersionList { list, fingerprint, covering, .. } = &*reported.0;
+        if self.fingerprint == *fingerprint || covering.get() == Some(&self.fingerprint) {
+            return Vec::new();
+        }
+        let is_missing = |version: &&Version| version.next > self.next(version.origin);
+        let missing: Vec<Origin> = list.iter().filter(is_missing).map(|version| version.origin).collect();
+        if missing.is_empty() {
+            covering.get_or_init(|| self.fingerprint);
+        }
+        missing
     }
 
     /// Whether a participant with this version vector knows all that is known here.
     #[must_use]
     pub fn is_known_to(&self, reported: &Versions) -> bool {
-        if self.is_same_as(reported) {
+        let VersionList { list, fingerprint, covered, .. } = &*reported.0;
+        if self.fingerprint == *fingerprint {
             return true;
         }
-        // Both are in order.
-        let mut reported = reported.iter();
-        self.each().all(|own| {
-            reported
-                .find(|version| version.origin >= own.origin)
-                .is_some_and(|version| version.origin == own.origin && version.next >= own.next)
-        })
+        let known = || {
+            // Both are in order.
+            let mut reported = list.iter();
+            self.each().all(|own| {
+                reported
+                    .find(|version| version.origin >= own.origin)
+                    .is_some_and(|version| version.origin == own.origin && version.next >= own.next)
+            })
+        };
+        let &(compared, is_known) = covered.get_or_init(|| (self.fingerprint, known()));
+        if compared == self.fingerprint { is_known } else { known() }
     }
 
     /// Number of known incarnations of a source.
     #[must_use]
     pub fn incarnations(&self, source: Source) -> usize {
-        self.sources.get(source.slot()).map_or(0, Vec::len)
+        self.sources.get(source.slot()).map_or(0, |starts| starts.len())
     }
 
     /// Observations of an origin from a sequence number on, in order; none if that one is missing or released.
@@ -384,7 +441,7 @@ impl ObservationLog {
 
     /// Keeps at most the last `held` observations of each origin in memory.
     pub fn release(&mut self, held: NonZeroUsize) {
-        for (_, known) in self.sources.iter_mut().flatten() {
+        for (_, known) in self.sources.iter_mut().flat_map(Arc::make_mut) {
             let surplus = known.held.len().saturating_sub(held.get());
             known.held.drain(..surplus);
             known.released += surplus as u64;
@@ -493,13 +550,33 @@ mod tests {
     #[test]
     fn the_same_versions_are_told_by_their_fingerprint_however_they_came_about() {
         let mut log = ObservationLog::default();
-        assert!(log.is_same_as(&Versions::default()));
         for sequence in 0..3 {
             log.insert(observation(sequence, 0));
         }
         let told = |next| Versions::from(vec![Version { origin: SEVEN, next }]);
-        assert_eq!([2, 3, 4].map(|next| log.is_same_as(&told(next))), [false, true, false]);
+        assert_eq!(log.versions().0.fingerprint, told(3).0.fingerprint);
         assert_eq!(log.versions(), told(3));
-        assert!(log.is_known_to(&told(4)) && !log.is_known_to(&told(2)));
+    }
+
+    #[test]
+    fn what_is_missing_is_told_of_each_log_that_one_version_vector_meets() {
+        let mut log = ObservationLog::default();
+        (0..3).for_each(|sequence| assert_eq!(log.insert(observation(sequence, 0)), Entry::New));
+        let told = |next| Versions::from(vec![Version { origin: SEVEN, next }]);
+        let (less, same, more) = (told(2), told(3), told(4));
+        let mut later = log.clone();
+        later.insert(observation(3, 0));
+        // Once more, when the first answer is remembered.
+        for _ in 0..2 {
+            let missing = [&less, &same, &more].map(|versions| log.missing(versions).len());
+            assert_eq!(missing, [0, 0, 1]);
+            let missing = [&less, &same, &more].map(|versions| later.missing(versions).len());
+            assert_eq!(missing, [0, 0, 0]);
+            assert_eq!([&less, &same, &more].map(|versions| log.is_known_to(versions)), [false, true, true]);
+            assert_eq!(
+                [&less, &same, &more].map(|versions| later.is_known_to(versions)),
+                [false, false, true]
+            );
+        }
     }
 }

@@ -41,13 +41,19 @@ impl Reach {
         Self { grid, radius, distance: Vec::new(), areas: 0 }
     }
 
+    /// Whether [`Reach::add_robot`] would change anything.
+    #[must_use]
+    pub fn is_news(&self, cell: Cell) -> bool {
+        self.distance.get(cell.index()).is_none_or(|&distance| distance > 0)
+    }
+
     /// Adds a cell that a robot has observed from: robots can drive to all cells connected with it.
     pub fn add_robot(&mut self, terrain: &Terrain, cell: Cell) {
+        if !self.is_news(cell) {
+            return;
+        }
         if self.distance.is_empty() {
             self.distance = vec![OUT_OF_SIGHT; self.grid.cell_count()];
-        }
-        if self.distance[cell.index()] == 0 {
-            return;
         }
         self.areas += 1;
         let area = self.connected(terrain, cell);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use dragnet_agent::agent::Agent;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::message::Message;
+use dragnet_proto::message::{Activity, Message};
 use dragnet_proto::radio::Load;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_proto::step::MessageRef;
@@ -37,8 +37,20 @@ pub trait Participants {
         event: Event<Self::MessageRef>,
     ) -> Result<Effects<Self::MessageRef>, Self::Error>;
 
+    /// Passes events that happen at one time to as many robots, which cannot hear of each other's; returns their effects
+    /// in this order.
+    ///
+    /// # Errors
+    /// If one of them fails.
+    fn step_together(
+        &mut self,
+        steps: Vec<(Participant, MissionTime, Event<Self::MessageRef>)>,
+    ) -> Result<Vec<Effects<Self::MessageRef>>, Self::Error> {
+        steps.into_iter().map(|(participant, now, event)| self.step(participant, now, event)).collect()
+    }
+
     /// Delivers one message to several participants, by number and the coordinator last, each at its own time; returns
-    /// their effects in this order.
+    /// their reactions in this order.
     ///
     /// # Errors
     /// If one of them fails.
@@ -47,10 +59,11 @@ pub trait Participants {
         from: Participant,
         message: &Self::MessageRef,
         to: &[(Participant, MissionTime)],
-    ) -> Result<Vec<Effects<Self::MessageRef>>, Self::Error> {
+    ) -> Result<Vec<Reaction<Self::MessageRef>>, Self::Error> {
         to.iter()
             .map(|&(participant, now)| {
-                self.step(participant, now, Event::Received { from, message: message.clone() })
+                let event = Event::Received { from, message: message.clone() };
+                self.step(participant, now, event).map(Reaction::from)
             })
             .collect()
     }
@@ -62,6 +75,25 @@ pub trait Participants {
     fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, Self::Error>;
 }
 
+/// The effects of a message as far as the simulator carries them out: those of most messages are no more than these.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reaction<M> {
+    /// As [`Effects::wake_at`].
+    pub wake_at: MissionTime,
+    /// As [`Effects::activity`].
+    pub activity: Activity,
+    /// All effects, if anything is published, decided or driven.
+    pub effects: Option<Box<Effects<M>>>,
+}
+
+impl<M> From<Effects<M>> for Reaction<M> {
+    fn from(effects: Effects<M>) -> Self {
+        let Effects { wake_at, activity, .. } = effects;
+        let is_quiet = effects.published.is_empty() && effects.route.is_none() && effects.decision.is_none();
+        Self { wake_at, activity, effects: if is_quiet { None } else { Some(Box::new(effects)) } }
+    }
+}
+
 /// A published message as the network sees it.
 pub trait Published {
     /// Its kind, priority and size in a mission's encoding.
@@ -70,7 +102,7 @@ pub trait Published {
 
 impl Published for Message {
     fn load(&self, codec: &Codec) -> Load {
-        Load::new(self, codec.encode(self).len())
+        Load::new(self, codec.encoded_len(self))
     }
 }
 
@@ -99,12 +131,19 @@ impl<C: Participants> Participants for &mut C {
         (**self).step(participant, now, event)
     }
 
+    fn step_together(
+        &mut self,
+        steps: Vec<(Participant, MissionTime, Event<C::MessageRef>)>,
+    ) -> Result<Vec<Effects<C::MessageRef>>, C::Error> {
+        (**self).step_together(steps)
+    }
+
     fn deliver(
         &mut self,
         from: Participant,
         message: &C::MessageRef,
         to: &[(Participant, MissionTime)],
-    ) -> Result<Vec<Effects<C::MessageRef>>, C::Error> {
+    ) -> Result<Vec<Reaction<C::MessageRef>>, C::Error> {
         (**self).deliver(from, message, to)
     }
 
@@ -127,8 +166,12 @@ impl<'a> LocalParticipants<'a> {
         Self { robots, coordinator }
     }
 
+    pub(crate) fn absent(participant: Participant) -> ParticipantError {
+        ParticipantError { participant, reason: "it does not take part".to_owned() }
+    }
+
     fn machine(&mut self, participant: Participant) -> Result<&mut dyn StateMachine, ParticipantError> {
-        let absent = || ParticipantError { participant, reason: "it does not take part".to_owned() };
+        let absent = || Self::absent(participant);
         match participant {
             Participant::Robot(robot) => {
                 let robot = self.robots.get_mut(robot.index()).ok_or_else(absent)?;

@@ -42,6 +42,15 @@ impl<E> Queue<E> {
         Some((entry.due, entry.event))
     }
 
+    /// The next event, if it is due at this time and of a kind.
+    pub(crate) fn next_if(&mut self, due: MissionTime, is_of_kind: impl Fn(&E) -> bool) -> Option<E> {
+        let Reverse(entry) = self.entries.peek()?;
+        if entry.due != due || !is_of_kind(&entry.event) {
+            return None;
+        }
+        self.next().map(|(_, event)| event)
+    }
+
     /// Puts back the rest of the event that was taken out last, before all events that were planned after it.
     pub(crate) fn put_back(&mut self, due: MissionTime, event: E) {
         self.entries.push(Reverse(Entry { due, number: self.taken, event }));

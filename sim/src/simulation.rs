@@ -25,7 +25,7 @@ use crate::network::{Network, Tally};
 use crate::participants::Participants;
 use crate::queue::Queue;
 use crate::traffic::Traffic;
-use crate::world::World;
+use crate::world::{Body, World};
 
 /// The rules of an episode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -221,8 +221,21 @@ pub(crate) struct Simulation<C: Participants, S> {
     traffic: Traffic,
     queue: Queue<SimEvent<C::MessageRef>>,
     members: Vec<Member>,
+    /// Number of members that do not rest.
+    searching: usize,
     spectator: S,
     outcome: Outcome,
+}
+
+/// An observation as the simulator measures it.
+struct View {
+    robot: RobotId,
+    cell: Cell,
+    route_number: u64,
+    /// Cells that have become found.
+    found: Vec<Cell>,
+    farthest_cells: f64,
+    score: Score,
 }
 
 struct Member {
@@ -267,6 +280,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             is_traffic_counted: true,
             traffic: Traffic::default(),
             queue: Queue::new(),
+            searching: members.iter().filter(|member| !member.is_resting()).count(),
             members,
             spectator,
             outcome: Outcome::new(&world),
@@ -333,13 +347,18 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         while !self.is_over() {
             let Some((due, sim_event)) = self.queue.next() else { break };
             now = due;
-            self.happen(now, sim_event)?;
+            match sim_event {
+                SimEvent::Arrival { robot, route_number } if self.rules.end == End::Resting => {
+                    self.arrive_together(now, robot, route_number)?;
+                }
+                sim_event => self.happen(now, sim_event)?,
+            }
         }
         Ok(now)
     }
 
     fn is_over(&self) -> bool {
-        self.is_all_found() || self.returns == 0 && self.members.iter().all(Member::is_resting)
+        self.is_all_found() || self.returns == 0 && self.searching == 0
     }
 
     fn is_all_found(&self) -> bool {
@@ -426,8 +445,8 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     /// A participant stops, and so does its robot.
     fn crash(&mut self, participant: Participant) {
         let place = self.place(participant);
+        self.change(place, |member| member.is_up = false);
         let member = &mut self.members[place];
-        member.is_up = false;
         member.wake_at = MissionTime(u64::MAX);
         member.waking += 1;
         if let Some(radio) = self.radios.get_mut(place) {
@@ -442,7 +461,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     fn bring_back(&mut self, now: MissionTime, participant: Participant) -> Result<(), C::Error> {
         self.returns -= 1;
         let place = self.place(participant);
-        self.members[place].is_up = true;
+        self.change(place, |member| member.is_up = true);
         self.tell(now, participant, Event::Start)?;
         match participant {
             Participant::Robot(robot) => self.observe(now, robot),
@@ -450,22 +469,69 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
     }
 
-    /// A robot observes, decides, and goes on.
-    fn observe(&mut self, now: MissionTime, robot: RobotId) -> Result<(), C::Error> {
-        let (readings, found) = self.world.sense(robot);
-        let cell = self.world.body(robot).cell;
-        let farthest_cells = self.world.farthest_cells();
-        (self.spectator)(now, StepContext::Arrives { robot, cell, farthest_cells });
-        for &cell in &found {
-            (self.spectator)(now, StepContext::Finds { robot, cell });
+    /// All robots that arrive at this time, up to another event, observe and decide: none of them can hear of another, and
+    /// none can end the search before the last has decided, since all others drive.
+    fn arrive_together(
+        &mut self,
+        now: MissionTime,
+        robot: RobotId,
+        route_number: u64,
+    ) -> Result<(), C::Error> {
+        let mut arrivals = vec![(robot, route_number)];
+        while let Some(SimEvent::Arrival { robot, route_number }) =
+            self.queue.next_if(now, |event| matches!(event, SimEvent::Arrival { .. }))
+        {
+            arrivals.push((robot, route_number));
         }
-        self.outcome.measure(now, farthest_cells, self.world.score(), &found);
-        let route_number = self.world.body(robot).route_number;
-        self.tell(now, Participant::Robot(robot), Event::Sensed { cell, readings })?;
-        if self.world.body(robot).route_number == route_number {
-            self.depart(now, robot);
+        arrivals.retain(|&(robot, route_number)| self.world.body(robot).route_number == route_number);
+        let (mut views, mut steps) = (Vec::new(), Vec::new());
+        for (robot, _) in arrivals {
+            self.world.advance(robot);
+            let (view, event) = self.look(robot);
+            let participant = Participant::Robot(robot);
+            steps.push((participant, now + self.faults.ahead(participant), event));
+            views.push(view);
+        }
+        let effects = self.participants.step_together(steps)?;
+        for (view, effects) in views.into_iter().zip(effects) {
+            self.measure(now, &view);
+            self.react(now, Participant::Robot(view.robot), effects);
+            self.go_on(now, &view);
         }
         Ok(())
+    }
+
+    /// A robot observes, decides, and goes on.
+    fn observe(&mut self, now: MissionTime, robot: RobotId) -> Result<(), C::Error> {
+        let (view, event) = self.look(robot);
+        self.measure(now, &view);
+        self.tell(now, Participant::Robot(robot), event)?;
+        self.go_on(now, &view);
+        Ok(())
+    }
+
+    /// A robot takes its readings; with them all are compared with the truth.
+    fn look(&mut self, robot: RobotId) -> (View, Event<C::MessageRef>) {
+        let (readings, found) = self.world.sense(robot);
+        let &Body { cell, route_number, .. } = self.world.body(robot);
+        let (farthest_cells, score) = (self.world.farthest_cells(), self.world.score());
+        (View { robot, cell, route_number, found, farthest_cells, score }, Event::Sensed { cell, readings })
+    }
+
+    fn measure(&mut self, now: MissionTime, view: &View) {
+        let &View { robot, cell, farthest_cells, score, .. } = view;
+        (self.spectator)(now, StepContext::Arrives { robot, cell, farthest_cells });
+        for &cell in &view.found {
+            (self.spectator)(now, StepContext::Finds { robot, cell });
+        }
+        self.outcome.measure(now, farthest_cells, score, &view.found);
+    }
+
+    /// Unless it has decided on a new route, a robot drives on along its route.
+    fn go_on(&mut self, now: MissionTime, view: &View) {
+        if self.world.body(view.robot).route_number == view.route_number {
+            self.depart(now, view.robot);
+        }
     }
 
     /// Schedules a robot's arrival in the next cell of its route.
@@ -488,23 +554,8 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         Ok(())
     }
 
-    fn react(&mut self, now: MissionTime, participant: Participant, mut effects: Effects<C::MessageRef>) {
-        let ahead = self.faults.ahead(participant);
-        if !ahead.is_zero() && effects.wake_at < MissionTime(u64::MAX) {
-            effects.wake_at = now + effects.wake_at.since(now + ahead);
-        }
-        let place = self.place(participant);
-        let member = &mut self.members[place];
-        member.activity = effects.activity;
-        // A restarted participant may ask for a past time: it is woken now.
-        let wake_at = effects.wake_at.max(now);
-        if member.wake_at != wake_at {
-            member.wake_at = wake_at;
-            member.waking += 1;
-            if wake_at < MissionTime(u64::MAX) {
-                self.queue.plan(wake_at, SimEvent::Waking { participant, number: member.waking });
-            }
-        }
+    fn react(&mut self, now: MissionTime, participant: Participant, effects: Effects<C::MessageRef>) {
+        self.attend(now, participant, effects.wake_at, effects.activity);
         self.outcome.decisions.extend(effects.decision);
         for (audience, message) in effects.published {
             self.publish(now, participant, audience, message);
@@ -517,6 +568,39 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             self.world.set_route(robot, route);
             self.depart(now, robot);
         }
+    }
+
+    /// Takes note of a participant's activity, and of when it is to be woken.
+    fn attend(
+        &mut self,
+        now: MissionTime,
+        participant: Participant,
+        wake_at: MissionTime,
+        activity: Activity,
+    ) {
+        let ahead = self.faults.ahead(participant);
+        let is_ahead = !ahead.is_zero() && wake_at < MissionTime(u64::MAX);
+        let wake_at = if is_ahead { now + wake_at.since(now + ahead) } else { wake_at };
+        let place = self.place(participant);
+        self.change(place, |member| member.activity = activity);
+        let member = &mut self.members[place];
+        // A restarted participant may ask for a past time: it is woken now.
+        let wake_at = wake_at.max(now);
+        if member.wake_at != wake_at {
+            member.wake_at = wake_at;
+            member.waking += 1;
+            if wake_at < MissionTime(u64::MAX) {
+                self.queue.plan(wake_at, SimEvent::Waking { participant, number: member.waking });
+            }
+        }
+    }
+
+    /// Changes a member, and the number of those that search.
+    fn change(&mut self, place: usize, change: impl FnOnce(&mut Member)) {
+        let member = &mut self.members[place];
+        self.searching -= usize::from(!member.is_resting());
+        change(member);
+        self.searching += usize::from(!member.is_resting());
     }
 
     /// Robots are ordered by number, followed by the coordinator.

@@ -67,8 +67,13 @@ fn cell(scenario: &Scenario) -> Cell {
 
 /// A message of an honest robot.
 fn honest(scenario: &Scenario, kind: u8, sequence: u64) -> Message {
-    let intent =
-        Intent { robot: MATE, incarnation: 0, decision: sequence, time_ns: 0, path: vec![cell(scenario)] };
+    let intent = Intent {
+        robot: MATE,
+        incarnation: 0,
+        decision: sequence,
+        time_ns: 0,
+        path: vec![cell(scenario)].into(),
+    };
     match kind % 5 {
         0 => Message::Observation(observed(scenario, sequence)),
         1 => Message::SyncReply(SyncReply {

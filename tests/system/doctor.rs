@@ -182,7 +182,7 @@ async fn a_journal_ahead_of_the_only_participant_is_reported_and_not_changed() {
                 incarnation: 0,
                 decision: 1,
                 time_ns,
-                path: Vec::new(),
+                path: Vec::new().into(),
             };
             mate.publish(1, Audience::All, &Message::Intent(intent)).await.unwrap();
             tokio::time::sleep(Duration::from_millis(100)).await;

@@ -48,7 +48,7 @@ fn versions() -> Versions {
 /// Well-formed, of maximum length, and dated far ahead.
 fn long(cell: Cell) -> [(String, Vec<u8>); 2] {
     let (time_ns, directive, digest) = (1 << 60, Directive::default(), Digest(1));
-    let intent = Intent { robot: FLOODER, incarnation: 0, decision: 1, time_ns, path: vec![cell] };
+    let intent = Intent { robot: FLOODER, incarnation: 0, decision: 1, time_ns, path: vec![cell].into() };
     let heartbeat = Heartbeat {
         robot: FLOODER,
         time_ns,

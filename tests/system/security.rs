@@ -237,7 +237,7 @@ fn a_robot_does_not_trust_an_unknown_peer() {
 
 fn intent_of(robot: u16) -> Message {
     let robot = RobotId::new(robot).unwrap();
-    Message::Intent(Intent { robot, incarnation: 0, decision: 1, time_ns: 0, path: Vec::new() })
+    Message::Intent(Intent { robot, incarnation: 0, decision: 1, time_ns: 0, path: Vec::new().into() })
 }
 
 /// Publishes as robots 1 and 2, with the certificate of robot 2.

@@ -234,7 +234,7 @@ mod stranger {
             incarnation: 0,
             decision: 1,
             time_ns: 0,
-            path: Vec::new(),
+            path: Vec::new().into(),
         };
         let honest = Message::Intent(intent.clone());
         let number = Envelope { number: 7, identity: 5 }.encode();

@@ -41,8 +41,8 @@ impl Mission {
         }
         let terrain = Arc::make_mut(&mut self.config.terrain);
         let added = self.directive.added.iter().copied();
-        let new = self.belief.search_also(terrain, added, self.added_prior);
-        self.declarations.review(now, &self.belief, new);
+        let new = self.replica.search_also(terrain, added, self.added_prior);
+        self.declarations.review(now, self.replica.belief(), new);
         self.report(now, outcome);
     }
 
@@ -56,7 +56,7 @@ impl Mission {
             from: cell,
             readings: vec![mark.reading(cell)],
         });
-        if let Err(rejected) = self.replica.record(Arc::clone(&observation)) {
+        if let Err(rejected) = self.replica.record(&observation) {
             return outcome.effects.rejected.push(rejected);
         }
         let has_declared = self.merge(now, &[Arc::clone(&observation)], outcome);

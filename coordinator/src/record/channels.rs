@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use dragnet_ros2::cdr;
 use dragnet_ros2::schema::RosMessage;
 use mcap::records::MessageHeader;
 
@@ -23,7 +22,7 @@ pub(crate) struct Encoded {
 
 impl Encoded {
     pub(crate) fn new<T: RosMessage>(topic: Topic, message: &T) -> Self {
-        Self { topic, name: T::NAME, schema: T::schema, data: cdr::encode(message) }
+        Self { topic, name: T::NAME, schema: T::schema, data: message.to_cdr() }
     }
 }
 

@@ -113,7 +113,7 @@ fn intent() -> Intent {
         incarnation: 0,
         decision: 4,
         time_ns: 175 * SECOND_NS,
-        path: path.map(|(row, column)| at(row, column)).to_vec(),
+        path: path.map(|(row, column)| at(row, column)).to_vec().into(),
     }
 }
 

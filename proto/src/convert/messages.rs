@@ -134,7 +134,7 @@ impl Check {
             incarnation: wire.incarnation,
             decision: wire.decision,
             time_ns: wire.time_ns,
-            path: self.path("path", &wire.path)?,
+            path: self.path("path", &wire.path)?.into(),
         })
     }
 

@@ -32,7 +32,7 @@ fn intent(robot: u16) -> Intent {
         incarnation: 8,
         decision: 1,
         time_ns: 2,
-        path: vec![cell(0), cell(3)],
+        path: vec![cell(0), cell(3)].into(),
     }
 }
 
@@ -68,6 +68,20 @@ fn an_observation_has_the_bytes_that_its_definition_gives_it() {
     let message = Message::Observation(Arc::new(observation(258, 3)));
     assert_eq!(encode(&message), expected);
     assert_eq!(Codec::new(grid()).decode(MessageKind::Observation, &expected).unwrap(), message);
+}
+
+#[test]
+fn the_length_of_a_message_is_that_of_its_bytes() {
+    let codec = Codec::new(grid());
+    for robots in 0..5 {
+        let version = |robot| Version { origin: Origin::first(RobotId::new(robot).unwrap()), next: 4 };
+        for path in [vec![], vec![cell(0)], vec![cell(0), cell(3)]] {
+            let versions: Vec<Version> = (1..=robots).map(version).collect();
+            let intent = Intent { path: path.into(), ..intent(7) };
+            let message = Message::Heartbeat(Heartbeat { intent, versions: versions.into(), ..heartbeat() });
+            assert_eq!(codec.encoded_len(&message), codec.encode(&message).len());
+        }
+    }
 }
 
 #[test]

@@ -5,6 +5,9 @@ use dragnet_ros2::schema::{Definitions, RosMessage};
 macro_rules! ros_messages {
     ($($message:ident,)*) => {
         $(impl RosMessage for super::$message {
+            fn to_cdr(&self) -> Vec<u8> {
+                dragnet_ros2::cdr::encode(self)
+            }
             const NAME: &'static str = concat!("dragnet_msgs/msg/", stringify!($message));
             const DEFINITIONS: Definitions = DEFINITIONS;
         })*

@@ -116,12 +116,15 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
                 receivers.push((participant, now + self.faults.ahead(participant)));
             }
         }
-        let effects = self.participants.deliver(from, &message, &receivers)?;
+        let reactions = self.participants.deliver(from, &message, &receivers)?;
         if !later.is_empty() {
             self.queue.put_back(now, SimEvent::Delivery { from, to: later, message });
         }
-        for ((participant, _), effects) in receivers.into_iter().zip(effects) {
-            self.react(now, participant, effects);
+        for ((participant, _), reaction) in receivers.into_iter().zip(reactions) {
+            match reaction.effects {
+                Some(effects) => self.react(now, participant, *effects),
+                None => self.attend(now, participant, reaction.wake_at, reaction.activity),
+            }
         }
         Ok(())
     }

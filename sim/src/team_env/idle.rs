@@ -11,7 +11,7 @@ use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::seed::Stream;
 use dragnet_search::situation::Situation;
 
-use crate::participants::{LocalParticipants, Participants};
+use crate::participants::{LocalParticipants, Participants, Reaction};
 use crate::single_robot_env::changes::ChangedCells;
 
 /// Robots that do not move by themselves.
@@ -30,7 +30,7 @@ impl IdleRobots {
         participant: Participant,
         handle: impl FnOnce(&mut Agent) -> Effects<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
-        let absent = || ParticipantError { participant, reason: "it does not take part".to_owned() };
+        let absent = || LocalParticipants::absent(participant);
         let Participant::Robot(robot) = participant else { return Err(absent()) };
         let mut effects = handle(self.robots.get_mut(robot.index()).ok_or_else(absent)?);
         // The observations that count in its belief from now on.
@@ -62,9 +62,9 @@ impl Participants for IdleRobots {
         from: Participant,
         message: &Message,
         to: &[(Participant, MissionTime)],
-    ) -> Result<Vec<Effects<Message>>, ParticipantError> {
+    ) -> Result<Vec<Reaction<Message>>, ParticipantError> {
         let receive = |&(to, now)| self.handle(to, |robot: &mut Agent| robot.receive(now, from, message));
-        to.iter().map(receive).collect()
+        to.iter().map(receive).map(|effects| effects.map(Reaction::from)).collect()
     }
 
     fn digest(&mut self, participant: Participant, now: MissionTime) -> Result<Digest, ParticipantError> {

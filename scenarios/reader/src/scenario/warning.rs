@@ -188,8 +188,9 @@ impl Scenario {
     pub fn warnings_with(&self, drawn: &[Drawn]) -> Vec<Warning> {
         let mut reached = vec![false; self.terrain().grid().cell_count()];
         let mut apart = None;
+        let largest_area = self.terrain().largest_area();
         for robot in self.robots() {
-            let Some(start) = some_start(self.terrain(), robot.start) else { continue };
+            let Some(start) = some_start(&largest_area, robot.start) else { continue };
             if reached[start.index()] {
                 continue;
             }
@@ -279,10 +280,10 @@ fn about_area(drawn: &Drawn) -> Option<Warning> {
 }
 
 /// A cell of the area that a robot starts in; all of them reach the same.
-fn some_start(terrain: &Terrain, start: Start) -> Option<Cell> {
+fn some_start(largest_area: &[Cell], start: Start) -> Option<Cell> {
     match start {
         Start::Cell(cell) => Some(cell),
-        Start::Together | Start::Scattered => terrain.largest_area().first().copied(),
+        Start::Together | Start::Scattered => largest_area.first().copied(),
     }
 }
 

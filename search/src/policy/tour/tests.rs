@@ -86,7 +86,7 @@ impl Case {
         let plan = TeammatePlan {
             member: Some(member),
             cell: Some(self.robot),
-            path: path.to_vec(),
+            path: path.to_vec().into(),
             driven_cells: 0.0,
         };
         self.planned_precision.add_plan(&self.terrain, &self.sensor, plan);
