@@ -30,7 +30,8 @@ use self::check::Check;
 use self::field::Place;
 use self::packed::{Map, Packed};
 use crate::dragnet_msgs as wire;
-use crate::message::{Heartbeat, Message, MessageKind};
+use crate::message::{Heartbeat, Message, MessageKind, SyncReply};
+use crate::radio;
 use crate::step::{Sensed, Step, StepReply};
 
 /// The bytes of a message as a ROS 2 message in CDR.
@@ -98,8 +99,19 @@ pub struct Codec {
     grid: Grid,
     /// Robots of the team, numbered from 1.
     robots: u16,
-    /// Noise variance of the team's sensor, if messages are packed.
-    radio: Option<f64>,
+    /// How messages are packed, if they are.
+    radio: Option<Packing>,
+}
+
+/// How messages are packed for radios.
+#[derive(Clone, Copy, Debug)]
+struct Packing {
+    /// Rate of the team's radios.
+    bytes_per_second: f64,
+    /// Noise variance of the team's sensor.
+    noise_variance: f64,
+    /// As [`radio::max_observations`].
+    max_observations: usize,
 }
 
 impl Codec {
@@ -109,18 +121,18 @@ impl Codec {
         Self { grid, robots: u16::MAX, radio: None }
     }
 
-    /// A codec for messages of this scenario's team: the lengths of lists are limited accordingly.
+    /// A codec for messages of this scenario's team: the lengths of lists are limited accordingly, and messages are packed if
+    /// its radios have a limited rate.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let robots = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
-        Self { grid: scenario.terrain().grid(), robots, radio: None }
-    }
-
-    /// The codec of a simulated mission: messages are packed if its radios have a limited rate.
-    #[must_use]
-    pub fn simulated(scenario: &Scenario) -> Self {
-        let radio = scenario.network().bytes_per_second.map(|_| scenario.sensor().noise_variance());
-        Self { radio, ..Self::of(scenario) }
+        let (rate, sensor) = (scenario.network().bytes_per_second, scenario.sensor());
+        let radio = rate.map(|bytes_per_second| Packing {
+            bytes_per_second,
+            noise_variance: sensor.noise_variance(),
+            max_observations: radio::max_observations(rate, sensor),
+        });
+        Self { grid: scenario.terrain().grid(), robots, radio }
     }
 
     /// Whether a participant belongs to the team.
@@ -138,10 +150,22 @@ impl Codec {
         self.grid
     }
 
+    /// Rate of the team's radios, bytes per second, if it is limited.
+    #[must_use]
+    pub fn bytes_per_second(&self) -> Option<f64> {
+        self.radio.map(|packing| packing.bytes_per_second)
+    }
+
+    /// The maximum number of observations in one reply.
+    #[must_use]
+    pub fn max_observations(&self) -> usize {
+        self.radio.map_or(SyncReply::MAX_OBSERVATIONS, |packing| packing.max_observations)
+    }
+
     /// The bytes of a message: packed, or as [`encode`].
     #[must_use]
     pub fn encode(&self, message: &Message) -> Vec<u8> {
-        let Some(noise_variance) = self.radio else { return encode(message) };
+        let Some(Packing { noise_variance, .. }) = self.radio else { return encode(message) };
         let map = Map { grid: self.grid, noise_variance };
         match message {
             Message::Observation(observation) => packed::pack(&wire::Observation::from(&**observation), map),

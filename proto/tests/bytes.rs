@@ -230,7 +230,7 @@ fn sensed() -> impl Strategy<Value = Sensed> {
 fn packing() -> Codec {
     let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 7, columns = 9 }\nobjects.count = 1\nrobots.count = 3\n\
                 mission.budget_seconds = 60.0\nnetwork.bytes_per_second = 125.0\n";
-    Codec::simulated(&Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap())
+    Codec::of(&Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap())
 }
 
 /// Valid bytes of any of Dragnet's messages.

@@ -234,6 +234,12 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         self.codec.grid()
     }
 
+    /// How its messages are encoded.
+    #[must_use]
+    pub const fn codec(&self) -> Codec {
+        self.codec
+    }
+
     /// Whether another participant is present.
     #[must_use]
     pub fn is_present(&self, participant: Participant) -> bool {

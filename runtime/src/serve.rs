@@ -71,15 +71,9 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             let (session, mission) = (session.clone(), mission.clone());
             if config.time == TimeSource::Simulator {
                 let team = team::everybody(&scenario);
-                let node = LockstepNode::new(
-                    session,
-                    mission,
-                    participant,
-                    Codec::simulated(&scenario),
-                    team,
-                    &mut agent,
-                )
-                .await?;
+                let node =
+                    LockstepNode::new(session, mission, participant, Codec::of(&scenario), team, &mut agent)
+                        .await?;
                 return tokio::select! {
                     outcome = node.serve() => outcome,
                     () = stop => Ok(()),

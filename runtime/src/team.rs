@@ -115,8 +115,10 @@ pub fn run_watched(
         None => lockstep_run::run(&runtime()?, scenario, seed, options, spectator),
         Some(real_time_factor) => {
             check_real_time_factor(real_time_factor).map_err(RuntimeError::Unsupported)?;
-            if *scenario.network() != Network::default() {
-                let why = "[network] faults are simulated in simulated time only: run without a real_time_factor, or remove them";
+            let faults = Network { bytes_per_second: None, ..scenario.network().clone() };
+            if faults != Network::default() {
+                let why = "[network] faults but bytes_per_second are simulated in simulated time only: run without a \
+                           real_time_factor, or remove them";
                 return Err(RuntimeError::Unsupported(why.to_owned()));
             }
             runtime()?.block_on(wall_clock_run::run(

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use dragnet_proto::clock::{self, Adjustment};
 use dragnet_proto::message::{Audience, Message, SyncReply, SyncRequest};
+use dragnet_proto::radio::{Load, Radio};
 use dragnet_proto::state_machine::{Effects, Event, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -88,6 +89,7 @@ pub async fn run(
         journal,
         noted: None,
         published: 0,
+        radio: link.codec().bytes_per_second().map(Radio::new),
         wake_at: MissionTime(u64::MAX),
         log: Log::default(),
         narrator: Narrator::new(link.me(), link.grid()),
@@ -110,6 +112,7 @@ pub async fn run(
         driver.contend(link, clock.now()).await?;
         driver.tell_standstill(link);
         let due = driver.due().map(|due| due.saturating_sub(link.age()));
+        let free_at = driver.free_at();
         tokio::select! {
             () = &mut stop => return Ok(driver.finish(&clock)),
             () = tokio::time::sleep(due.unwrap_or_default()), if due.is_some() => {}
@@ -146,13 +149,21 @@ pub async fn run(
                 let now = clock.now().max(driver.wake_at);
                 driver.handle(link, now, Event::Woke).await?;
             }
+            () = tokio::time::sleep_until(clock.instant(free_at)) => {
+                driver.transmit(link, clock.now().max(free_at)).await;
+            }
         }
     }
 }
 
 /// A journal's answer to a request for released observations.
-fn repeat(journal: &Journal, request: SyncRequest, teller: &mut Teller) -> Option<(Audience, Message)> {
-    match journal.since(request.of, request.first, SyncReply::MAX_OBSERVATIONS) {
+fn repeat(
+    journal: &Journal,
+    request: SyncRequest,
+    most: usize,
+    teller: &mut Teller,
+) -> Option<(Audience, Message)> {
+    match journal.since(request.of, request.first, most) {
         Ok(observations) if observations.is_empty() => None,
         Ok(observations) => {
             Some((Audience::One(request.from), Message::SyncReply(SyncReply { observations })))
@@ -171,6 +182,8 @@ struct Driver<'a> {
     noted: Option<Clock>,
     /// Number of published messages.
     published: u64,
+    /// Where messages wait for their turn, if the rate is limited.
+    radio: Option<Radio<Message>>,
     wake_at: MissionTime,
     log: Log,
     narrator: Narrator,
@@ -348,6 +361,9 @@ impl Driver<'_> {
             return Ok(());
         }
         self.log_standing(me, stands);
+        if let Some(radio) = self.radio.as_mut().filter(|_| stands) {
+            radio.clear();
+        }
         self.handle(link, now, if stands { Event::Halted } else { Event::Released }).await
     }
 
@@ -410,15 +426,18 @@ impl Driver<'_> {
                     self.machine.release(HELD);
                 }
             }
-            let teller = &mut self.teller;
-            published.extend(repeats.into_iter().filter_map(|request| repeat(journal, request, teller)));
+            let (most, teller) = (link.codec().max_observations(), &mut self.teller);
+            published
+                .extend(repeats.into_iter().filter_map(|request| repeat(journal, request, most, teller)));
         }
         for (audience, message) in published {
-            // A robot goes on without its network; missing messages are requested later.
-            if let Err(error) = link.publish(self.published, audience, &message).await {
-                self.teller.warn(Kind::Network, Sender::Known(link.me()), error);
+            match &mut self.radio {
+                Some(radio) => {
+                    radio.offer(audience, Load::new(&message, link.codec().encoded_len(&message)), message);
+                    self.transmit(link, now).await;
+                }
+                None => self.publish(link, audience, &message).await,
             }
-            self.published += 1;
         }
         for observation in rejected {
             let from = link.sender(observation.from);
@@ -427,6 +446,26 @@ impl Driver<'_> {
         self.wake_at = wake_at;
         self.log.decisions.extend(decision);
         Ok(())
+    }
+
+    async fn publish(&mut self, link: &Link, audience: Audience, message: &Message) {
+        // A robot goes on without its network; missing messages are requested later.
+        if let Err(error) = link.publish(self.published, audience, message).await {
+            self.teller.warn(Kind::Network, Sender::Known(link.me()), error);
+        }
+        self.published += 1;
+    }
+
+    /// When the radio sends its next message; never if none waits.
+    fn free_at(&self) -> MissionTime {
+        self.radio.as_ref().and_then(Radio::due).unwrap_or(MissionTime(u64::MAX))
+    }
+
+    /// Publishes the next message, if the radio is free.
+    async fn transmit(&mut self, link: &Link, now: MissionTime) {
+        if let Some(sending) = self.radio.as_mut().and_then(|radio| radio.next(now)) {
+            self.publish(link, sending.audience, &sending.message).await;
+        }
     }
 }
 

@@ -275,7 +275,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             speed: mission.speed_meters_per_second,
             heartbeat: mission.heartbeat,
             network: Network::new(scenario.network().clone(), seed),
-            codec: Codec::simulated(scenario),
+            codec: Codec::of(scenario),
             radios,
             is_traffic_counted: true,
             traffic: Traffic::default(),

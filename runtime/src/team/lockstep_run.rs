@@ -26,8 +26,7 @@ pub(super) fn run(
     spectator: StepObserver<'_>,
 ) -> Result<Run, RuntimeError> {
     let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?;
-    let stage =
-        Stage { mission: mission(scenario)?, codec: Codec::simulated(scenario), team: everybody(scenario) };
+    let stage = Stage { mission: mission(scenario)?, codec: Codec::of(scenario), team: everybody(scenario) };
     let mesh = Mesh::new(scenario)?;
     let world = runtime.block_on(mesh.open_world())?;
     let session = runtime.block_on(mesh.open_participant(Participant::Coordinator))?;

@@ -2,6 +2,7 @@ use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_proto::convert::Codec;
+use dragnet_proto::message::MessageKind;
 use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::Scenario;
 use dragnet_search::evidence::{Digest, Reading};
@@ -89,4 +90,55 @@ async fn a_coordinator_that_starts_late_adopts_its_robots_time() {
     assert!(robots >= long_after);
     assert!(own >= robots, "{own:?} {robots:?}");
     searching.abort();
+}
+
+/// Kinds of the messages of a robot that has taken readings, up to the first pause of two seconds, with this line in its
+/// scenario.
+async fn heard(network: &str) -> Vec<MessageKind> {
+    let text = format!(
+        "name = 'radio'\nmap = {{ shape = 'all_traversable', rows = 12, columns = 12 }}\nobjects.count = 1\n\
+         mission.budget_seconds = 1e6\n{network}\n"
+    );
+    let scenario = Scenario::from_text(std::path::Path::new("radio.toml"), text).unwrap();
+    let listen = free_endpoints(1).unwrap();
+    let endpoints = Endpoints { connect: listen.clone(), ..Endpoints::default() };
+    let robot = open(&Endpoints { listen, ..Endpoints::default() }).await.unwrap();
+    let me = Participant::Robot(RobotId::FIRST);
+    let mut robot = Link::join(robot, "late".parse().unwrap(), me, Codec::of(&scenario)).await.unwrap();
+    robot.announce().await.unwrap();
+    let mut coordinator = join(&scenario, Participant::Coordinator, &endpoints).await;
+    coordinator.wait_for(&[me], Duration::from_mins(1), |_| ()).await.unwrap();
+    robot.wait_for(&[Participant::Coordinator], Duration::from_mins(1), |_| ()).await.unwrap();
+
+    let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
+    let from = scenario.terrain().grid().cell_numbered(5 * 12 + 5).unwrap();
+    let cells = scenario.sensor().footprint().iter();
+    let readings = cells.filter_map(|it| {
+        let cell = scenario.terrain().grid().step(from, it.offset)?;
+        Some(Reading { cell, value: 0.0, variance: it.variance })
+    });
+    let (sender, reports) = mpsc::channel(1);
+    let sensed = Event::Sensed { cell: from, readings: readings.collect() };
+    sender.send((Some(MissionTime::START), sensed)).await.unwrap();
+    let searching = tokio::spawn(async move {
+        run(&mut robot, &mut agent, Clock::new(1.0), None, reports, std::future::pending::<()>()).await
+    });
+    let mut kinds = Vec::new();
+    let mut patience = Duration::from_mins(1);
+    while let Ok(Some(incoming)) = tokio::time::timeout(patience, coordinator.receive()).await {
+        if let Incoming::Message { message, .. } = incoming {
+            kinds.push(message.kind());
+            patience = Duration::from_secs(2);
+        }
+    }
+    searching.abort();
+    kinds
+}
+
+/// At 10 bytes a second an observation takes eight seconds. A listener that knows of no radio reads it, too.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_plan_waits_until_the_radio_is_free() {
+    let observation = MessageKind::Observation;
+    assert_eq!(heard("network.bytes_per_second = 10.0").await, [observation]);
+    assert_eq!(heard("").await[..2], [observation, MessageKind::Intent]);
 }
