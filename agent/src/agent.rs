@@ -258,7 +258,7 @@ impl Agent {
 
     /// Shares what it knows with other robots of the process.
     pub fn share(&mut self, shared: &SharedKnowledge) {
-        self.replica.share(shared);
+        self.replica.knowledge_mut().share(shared);
     }
 
     /// Releases observations from memory: at most the last `held` of each origin are kept. To be called once all are
@@ -307,7 +307,7 @@ impl Agent {
     /// The robot's belief.
     #[must_use]
     pub fn belief(&self) -> &Belief {
-        self.replica.belief()
+        self.replica.knowledge().belief()
     }
 
     /// Whether a cell's probability reaches the mission's detection threshold.
@@ -482,7 +482,11 @@ impl Agent {
             return;
         }
         let terrain = Arc::make_mut(&mut self.config.terrain);
-        self.replica.search_also(terrain, self.directive.added.iter().copied(), self.config.added_prior);
+        self.replica.knowledge_mut().search_also(
+            terrain,
+            self.directive.added.iter().copied(),
+            self.config.added_prior,
+        );
         let is_paused = self.activity == Activity::Paused;
         if is_paused != self.directive.is_paused
             || self.activity.is_rest()
@@ -532,9 +536,9 @@ impl Agent {
     fn is_cleared(&self) -> bool {
         self.config.mission.stop_when_expected_remaining.is_some_and(|threshold| {
             let AgentConfig { terrain, mission, .. } = &self.config;
-            let reach = self.replica.reach();
+            let reach = self.replica.knowledge().reach();
             let belief = planning_belief(
-                self.replica.belief(),
+                self.replica.knowledge().belief(),
                 &self.sightings,
                 &self.blind_spots,
                 &self.config.sensor,
@@ -637,8 +641,12 @@ impl Agent {
         planned_precision: &PlannedPrecision,
         robot: Cell,
     ) -> Decision {
-        let belief =
-            planning_belief(self.replica.belief(), &self.sightings, &self.blind_spots, &self.config.sensor);
+        let belief = planning_belief(
+            self.replica.knowledge().belief(),
+            &self.sightings,
+            &self.blind_spots,
+            &self.config.sensor,
+        );
         let situation = Situation {
             terrain: &self.config.terrain,
             connectivity: self.config.connectivity,
@@ -672,8 +680,8 @@ impl Agent {
             cell,
             path_meters: self.path_meters,
             intent: self.intent(),
-            versions: self.replica.versions(),
-            digest: if self.tells_digest { self.replica.digest() } else { Digest(0) },
+            versions: self.replica.knowledge().versions(),
+            digest: if self.tells_digest { self.replica.knowledge().digest() } else { Digest(0) },
             directive: self.directive.clone(),
         };
         effects.published.push((Audience::All, Message::Heartbeat(heartbeat)));

@@ -38,7 +38,7 @@ impl StateMachine for Agent {
     }
 
     fn digest(&self) -> Digest {
-        self.replica().digest()
+        self.replica().knowledge().digest()
     }
 
     fn observations(&self) -> u64 {

@@ -79,7 +79,7 @@ impl Team {
     /// Whether a teammate is alive, as far as known.
     #[must_use]
     pub fn is_alive(&self, robot: RobotId) -> bool {
-        self.mates.get(robot.index()).is_some_and(Option::is_some)
+        self.heard(robot).is_some()
     }
 
     /// When a message of a teammate that is alive arrived last.

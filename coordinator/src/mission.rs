@@ -211,7 +211,7 @@ impl Mission {
     /// The merged belief.
     #[must_use]
     pub fn belief(&self) -> &Belief {
-        self.replica.belief()
+        self.replica.knowledge().belief()
     }
 
     /// All observations known.
@@ -248,13 +248,13 @@ impl Mission {
             declared: self.declared().collect(),
             expected_remaining: self.declarations.expected_remaining(
                 &self.config.terrain,
-                self.replica.reach(),
+                self.replica.knowledge().reach(),
                 self.belief(),
             ),
             alive: self.alive().collect(),
             observations: self.replica.log().len(),
-            versions: self.replica.versions(),
-            digest: self.replica.digest(),
+            versions: self.replica.knowledge().versions(),
+            digest: self.replica.knowledge().digest(),
             directive: self.directive.clone(),
             doubled: self.doubled.iter().copied().collect(),
         }
@@ -302,7 +302,7 @@ impl Mission {
             }
         }
         let readings = observations.iter().flat_map(|observation| &observation.readings);
-        self.declarations.review(now, self.replica.belief(), readings.map(|reading| reading.cell))
+        self.declarations.review(now, self.replica.knowledge().belief(), readings.map(|reading| reading.cell))
     }
 
     fn locate(&mut self, robot: RobotId, cell: Cell, time: MissionTime, outcome: &mut Outcome) {

@@ -176,7 +176,7 @@ impl Knowledge {
 
     /// Counts an observation that is the next of its origin.
     pub(crate) fn count(&mut self, terrain: &Terrain, observation: &Arc<Observation>) {
-        let Some(shared) = &self.shared else {
+        let Some(shared) = self.shared.clone() else {
             return self.state_mut().count(terrain, observation);
         };
         let digests = self.state.digests.wrapping_add(observation.digest().0);
@@ -185,7 +185,6 @@ impl Knowledge {
         if let Some(known) = shared.find((digests, self.state.contents().1)) {
             self.state = known;
         } else {
-            let shared = shared.clone();
             let state = self.state_mut();
             state.digests = digests;
             state.count(terrain, observation);

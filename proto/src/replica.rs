@@ -16,15 +16,10 @@ use std::time::Duration;
 
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::belief::Belief;
-use dragnet_search::cell::Cell;
-use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Source, Versions};
-use dragnet_search::reach::Reach;
-use dragnet_search::terrain::Terrain;
 
 use self::questions::Questions;
-use crate::knowledge::{Knowledge, SharedKnowledge};
+use crate::knowledge::Knowledge;
 use crate::message::{Message, SyncReply, SyncRequest};
 use crate::validation::{Limits, Rejected, Rejection, RejectionKind};
 
@@ -77,43 +72,15 @@ impl Replica {
         self.knowledge.log()
     }
 
-    /// The belief with the readings of all observations known.
+    /// What it knows by the observations.
     #[must_use]
-    pub fn belief(&self) -> &Belief {
-        self.knowledge.belief()
+    pub const fn knowledge(&self) -> &Knowledge {
+        &self.knowledge
     }
 
-    /// Cells that robots can observe, from the cells of all observations known.
-    #[must_use]
-    pub fn reach(&self) -> &Reach {
-        self.knowledge.reach()
-    }
-
-    /// The version vector of all observations known.
-    #[must_use]
-    pub fn versions(&self) -> Versions {
-        self.knowledge.versions()
-    }
-
-    /// Digest of the evidence of all observations known.
-    #[must_use]
-    pub fn digest(&self) -> Digest {
-        self.knowledge.digest()
-    }
-
-    /// Shares its knowledge with other participants of the process.
-    pub fn share(&mut self, shared: &SharedKnowledge) {
-        self.knowledge.share(shared);
-    }
-
-    /// Adds cells to the search area, as [`Belief::search_also`].
-    pub fn search_also(
-        &mut self,
-        terrain: &mut Terrain,
-        cells: impl IntoIterator<Item = Cell>,
-        prior: f64,
-    ) -> Vec<Cell> {
-        self.knowledge.search_also(terrain, cells, prior)
+    /// The same, to share it or to search further cells; observations are counted by receiving and recording them.
+    pub const fn knowledge_mut(&mut self) -> &mut Knowledge {
+        &mut self.knowledge
     }
 
     /// Keeps at most the last `held` observations of each origin in memory: the others are stored elsewhere, from where

@@ -41,8 +41,8 @@ impl Mission {
         }
         let terrain = Arc::make_mut(&mut self.config.terrain);
         let added = self.directive.added.iter().copied();
-        let new = self.replica.search_also(terrain, added, self.added_prior);
-        self.declarations.review(now, self.replica.belief(), new);
+        let new = self.replica.knowledge_mut().search_also(terrain, added, self.added_prior);
+        self.declarations.review(now, self.replica.knowledge().belief(), new);
         self.report(now, outcome);
     }
 
