@@ -14,8 +14,11 @@ for machine in "$@"; do
 done
 
 deploy/toolchain.sh
+triples=("${@/%/-unknown-linux-musl}")
+# In one go: while one program is linked, the other is still compiled.
+PATH=$PWD/target/zig/bin:$PATH cargo zigbuild --locked --profile deploy --target-dir target \
+    "${triples[@]/#/--target=}"
 for machine in "$@"; do
-    triple=$machine-unknown-linux-musl
-    PATH=$PWD/target/zig/bin:$PATH cargo zigbuild --locked --profile deploy --target "$triple" --target-dir target
-    echo "target/$triple/deploy/dragnet: $(stat --format %s "target/$triple/deploy/dragnet") bytes"
+    program=target/$machine-unknown-linux-musl/deploy/dragnet
+    echo "$program: $(stat --format %s "$program") bytes"
 done

@@ -4,13 +4,13 @@ use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::{Knowledge, SharedKnowledge};
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus};
-use dragnet_proto::radio::max_observations;
+use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::validation::Limits;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_scenario::{Mission, Robot, Scenario};
+use dragnet_scenario::{Class, Mission, Robot, Scenario};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
@@ -35,24 +35,26 @@ use crate::team::{Patience, Team, View};
 /// The configuration of a robot.
 #[derive(Clone, Debug)]
 pub struct AgentConfig {
-    /// The robot and its policy.
+    /// The robot, its class and its policy.
     pub robot: Robot,
     /// Its place in the team.
     pub place: Place,
-    /// The map.
+    /// The classes of the team, by member.
+    pub team: Arc<[Arc<Class>]>,
+    /// The map as the robot can cross it.
     pub terrain: Arc<Terrain>,
     /// The robot's moves.
     pub connectivity: Connectivity,
-    /// The robot's sensor.
-    pub sensor: Arc<Sensor>,
     /// What it knows at first: the prior.
     pub knowledge: Knowledge,
     /// Prior probability in cells that the operator adds.
     pub added_prior: f64,
     /// Limits by which observations are validated.
     pub limits: Limits,
-    /// Detection threshold, stopping conditions, and communication periods.
+    /// Detection threshold, stopping conditions, communication periods, and the robot's own speed and budget.
     pub mission: Mission,
+    /// The maximum number of observations in one reply: the team's.
+    pub max_observations: usize,
     /// Rate of the team's radios, bytes per second, if it is limited.
     pub bytes_per_second: Option<f64>,
     /// Seed of the robot's random choices.
@@ -63,24 +65,29 @@ impl AgentConfig {
     /// The configuration of every robot of a scenario, by number.
     #[must_use]
     pub fn of_team(scenario: &Scenario, seed: u64) -> Vec<Self> {
-        let (terrain, sensor) = (Arc::new(scenario.terrain().clone()), Arc::new(scenario.sensor().clone()));
-        let knowledge = Knowledge::new(&terrain, scenario.prior().clone(), sensor.radius());
+        let terrain = Arc::new(scenario.terrain().clone());
+        let knowledge = Knowledge::new(&terrain, scenario.prior().clone());
         let added_prior = added_prior(scenario.prior(), &terrain);
-        let numbers = scenario.robots().iter().map(|robot| robot.id);
-        let limits = Limits::new(Arc::clone(&terrain), Arc::clone(&sensor), numbers, scenario.mission());
+        let limits = Limits::of(scenario);
+        let classes: Arc<[Arc<Class>]> =
+            scenario.robots().iter().map(|robot| Arc::clone(&robot.class)).collect();
+        let above = scenario.robots().iter().any(|robot| robot.class.flies);
+        let above = above.then(|| Arc::new(terrain.from_above()));
+        let max_observations = max_observations_of(scenario);
         let team = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
         (0..team)
             .zip(scenario.robots())
             .map(|(member, robot)| Self {
                 robot: robot.clone(),
                 place: Place { member, team },
-                terrain: Arc::clone(&terrain),
+                team: Arc::clone(&classes),
+                terrain: Arc::clone(above.as_ref().filter(|_| robot.class.flies).unwrap_or(&terrain)),
                 connectivity: scenario.connectivity(),
-                sensor: Arc::clone(&sensor),
                 knowledge: knowledge.clone(),
                 added_prior,
                 limits: limits.clone(),
-                mission: scenario.mission().clone(),
+                mission: scenario.mission().of(&robot.class),
+                max_observations,
                 bytes_per_second: scenario.network().bytes_per_second,
                 seed,
             })
@@ -96,19 +103,19 @@ impl AgentConfig {
     }
 
     fn view(&self, now: MissionTime) -> View<'_> {
-        View {
-            terrain: &self.terrain,
-            sensor: &self.sensor,
-            team: self.place.team,
-            now,
-            cells_per_second: self.mission.speed_meters_per_second / self.terrain.cell_meters(),
-        }
+        View { terrain: &self.terrain, class: &self.robot.class, team: &self.team, now }
     }
 
     /// A teammate may be slower than planned, and route around obstacles.
     fn patience(&self) -> Patience {
         let silence = self.mission.lost_after;
-        Patience { silence, stillness: silence.saturating_add(self.step_time() * SLOW_STEPS) }
+        let step = self.team.iter().map(|class| self.mission.of(class).step_time(self.terrain.cell_meters()));
+        let slowest = step.max().unwrap_or_default();
+        Patience { silence, stillness: silence.saturating_add(slowest * SLOW_STEPS) }
+    }
+
+    fn sensor(&self) -> &Sensor {
+        &self.robot.class.sensor
     }
 
     /// Robots that decide on the same news take turns.
@@ -204,7 +211,7 @@ impl Agent {
                 config.limits.clone(),
                 config.knowledge.clone(),
             )
-            .with_max_observations(max_observations(config.bytes_per_second, &config.sensor)),
+            .with_max_observations(config.max_observations),
             team: Team::default(),
             activity: Activity::Searching,
             cell: None,
@@ -398,8 +405,7 @@ impl Agent {
             return;
         }
         self.observations += 1;
-        let AgentConfig { terrain, sensor, .. } = &self.config;
-        self.blind_spots.add(terrain, sensor, cell, &observation.readings);
+        self.blind_spots.add(&self.config.terrain, self.config.sensor(), cell, &observation.readings);
         self.sightings.add(&observation.readings);
         effects.kept.push(Arc::clone(&observation));
         effects.published.push((Audience::All, Message::Observation(observation)));
@@ -541,7 +547,7 @@ impl Agent {
                 self.replica.knowledge().belief(),
                 &self.sightings,
                 &self.blind_spots,
-                &self.config.sensor,
+                self.config.sensor(),
             );
             belief.expects_at_most(terrain, reach, mission.detection_threshold, threshold)
         })
@@ -615,11 +621,12 @@ impl Agent {
     /// teammates plan to observe all that is left, it waits; if they plan nothing, nothing is left.
     fn choose(&mut self, now: MissionTime, robot: Cell) -> (Activity, Vec<Cell>) {
         let planned = self.team.planned(self.config.view(now));
-        let with_shares = self.team.with_shares(&planned, self.config.view(now), robot);
+        let mut with_shares = planned.clone();
+        with_shares.add_shares(&self.config.terrain, self.config.sensor(), robot);
         let mut decision = self.decide_with(now, &with_shares, robot);
         if decision.is_rest() && decision.had_candidates() && self.team.is_anything_planned() {
             decision = self.decide_with(now, &planned, robot);
-            decision.path.truncate(self.config.sensor.radius() as usize);
+            decision.path.truncate(self.config.sensor().radius() as usize);
         }
         if !decision.is_rest() {
             self.decisions += 1;
@@ -645,12 +652,12 @@ impl Agent {
             self.replica.knowledge().belief(),
             &self.sightings,
             &self.blind_spots,
-            &self.config.sensor,
+            self.config.sensor(),
         );
         let situation = Situation {
             terrain: &self.config.terrain,
             connectivity: self.config.connectivity,
-            sensor: &self.config.sensor,
+            sensor: self.config.sensor(),
             belief: &belief,
             planned_precision,
             robot,

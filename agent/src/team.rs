@@ -1,13 +1,14 @@
 //! A robot's knowledge of its teammates: which are alive, and their plans.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::message::Intent;
+use dragnet_scenario::Class;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::intent::{PlannedPrecision, TeammatePlan};
 use dragnet_search::observation::RobotId;
-use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
 /// The teammates that messages have been received from.
@@ -53,14 +54,12 @@ pub struct Patience {
 pub struct View<'a> {
     /// The map.
     pub terrain: &'a Terrain,
-    /// The sensor of all robots.
-    pub sensor: &'a Sensor,
-    /// Robots in the team, which are numbered from 1.
-    pub team: u16,
+    /// The robot's class.
+    pub class: &'a Arc<Class>,
+    /// Classes of the team, by [`RobotId::index`].
+    pub team: &'a [Arc<Class>],
     /// Now.
     pub now: MissionTime,
-    /// How fast teammates go on.
-    pub cells_per_second: f64,
 }
 
 impl Team {
@@ -155,25 +154,20 @@ impl Team {
         for (robot, mate) in self.known().filter(|(_, mate)| !mate.is_stalled) {
             let Some(plan) = &mate.plan else { continue };
             let elapsed = view.now.since(mate.last_progress).as_secs_f64();
+            let class = view.team.get(robot.index());
+            let member = class.and_then(|_| u16::try_from(robot.index()).ok());
+            let class = class.unwrap_or(view.class);
             let plan = TeammatePlan {
-                member: u16::try_from(robot.index()).ok().filter(|&index| index < view.team),
+                member,
                 cell: mate.cell,
                 path: plan.path.clone(),
-                driven_cells: elapsed * view.cells_per_second,
+                driven_cells: elapsed * (class.speed_meters_per_second / view.terrain.cell_meters()),
+                sensor: Arc::clone(&class.sensor),
+                pace: class.speed_meters_per_second / view.class.speed_meters_per_second,
             };
-            planned.add_plan(view.terrain, view.sensor, plan);
+            planned.add_plan(view.terrain, plan);
         }
         planned
-    }
-
-    /// The planned precision for a robot: all teammates' paths ([`Team::planned`]), and their shares of cells that are
-    /// nearer to their waypoints.
-    #[must_use]
-    pub fn with_shares(&self, planned: &PlannedPrecision, view: View<'_>, robot: Cell) -> PlannedPrecision {
-        let mut with_shares = planned.clone();
-        let waypoints: Vec<Cell> = self.plans_of_all().filter_map(|plan| plan.path.last().copied()).collect();
-        with_shares.add_shares(view.terrain, view.sensor, robot, &waypoints);
-        with_shares
     }
 
     fn plans_of_all(&self) -> impl Iterator<Item = &Intent> {
@@ -204,21 +198,30 @@ impl Team {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use dragnet_scenario::Scenario;
+    use dragnet_search::sensor::{Noise, Sensor};
+
     use super::*;
 
     const MATE: RobotId = RobotId::new(2).unwrap();
 
     struct Field {
         terrain: Terrain,
-        sensor: Sensor,
+        classes: Vec<Arc<Class>>,
         team: Team,
     }
 
     impl Field {
         fn new() -> Self {
             let terrain = Terrain::from_ascii("......", 1.0).unwrap();
-            let sensor = Sensor::new(1, 0.005, dragnet_search::sensor::Noise::Gaussian).unwrap();
-            Self { terrain, sensor, team: Team::default() }
+            let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 1, columns = 6, cell_meters = 1.0 }\n\
+                        objects.count = 1\nsensor.radius = 1\nrobots.count = 2\n\
+                        mission = { budget_seconds = 60.0, speed_meters_per_second = 0.5 }\n";
+            let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
+            let classes = scenario.robots().iter().map(|robot| Arc::clone(&robot.class)).collect();
+            Self { terrain, classes, team: Team::default() }
         }
 
         fn cells(&self, numbers: impl IntoIterator<Item = u32>) -> Vec<Cell> {
@@ -234,22 +237,14 @@ mod tests {
         }
 
         fn view(&self, now: MissionTime) -> View<'_> {
-            View { terrain: &self.terrain, sensor: &self.sensor, team: 2, now, cells_per_second: 0.5 }
+            View { terrain: &self.terrain, class: &self.classes[0], team: &self.classes, now }
         }
 
         fn check(&self, expected: impl IntoIterator<Item = u32>) {
             let mut expected_precision = PlannedPrecision::nothing(&self.terrain);
-            let robot = self.cells([0])[0];
             let path = self.cells(expected);
-            expected_precision.add_path(&self.terrain, &self.sensor, &path);
-            expected_precision.add_shares(
-                &self.terrain,
-                &self.sensor,
-                robot,
-                &path[path.len().saturating_sub(1)..],
-            );
-            let view = self.view(MissionTime::START);
-            let planned_precision = self.team.with_shares(&self.team.planned(view), view, robot);
+            expected_precision.add_path(&self.terrain, &self.classes[0].sensor, &path);
+            let planned_precision = self.team.planned(self.view(MissionTime::START));
             for cell in self.terrain.grid().cells() {
                 assert_eq!(planned_precision.precision(cell), expected_precision.precision(cell), "{cell:?}");
             }
@@ -295,6 +290,25 @@ mod tests {
         let plan = &planned_precision.plans()[0];
         assert_eq!((plan.member, plan.cell), (Some(1), Some(first)));
         assert_eq!((plan.path.len(), plan.driven_cells), (4, 3.0));
+    }
+
+    #[test]
+    fn the_plan_of_an_unlike_teammate_is_driven_at_its_speed_and_seen_with_its_sensor() {
+        let mut field = Field::new();
+        let (speed_meters_per_second, sensor) = (1.5, Sensor::new(3, 0.02, Noise::Gaussian).unwrap());
+        let class =
+            Class { speed_meters_per_second, sensor: Arc::new(sensor), ..(*field.classes[1]).clone() };
+        field.classes[1] = Arc::new(class);
+        field.plans(0, 0..5);
+        let planned_precision = field.team.planned(field.view(MissionTime(2_000_000_000)));
+        let plan = &planned_precision.plans()[0];
+        assert_eq!((plan.driven_cells, plan.pace, plan.sensor.radius()), (3.0, 3.0, 3));
+        let mut expected = PlannedPrecision::nothing(&field.terrain);
+        expected.add_path(&field.terrain, &field.classes[1].sensor, &field.cells(0..5));
+        let seen = |of: &PlannedPrecision| {
+            field.terrain.grid().cells().map(|cell| of.precision(cell)).collect::<Vec<_>>()
+        };
+        assert_eq!(seen(&planned_precision), seen(&expected));
     }
 
     #[test]

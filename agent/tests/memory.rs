@@ -90,7 +90,7 @@ impl Search {
         let scenario = Scenario::from_text(Path::new("memory.toml"), SCENARIO.to_owned()).unwrap();
         let config = AgentConfig::of_team(&scenario, 1).remove(1);
         assert_eq!(config.terrain.grid().cell_count(), (SIDE * SIDE) as usize);
-        let (grid, sensor) = (config.terrain.grid(), Arc::clone(&config.sensor));
+        let (grid, sensor) = (config.terrain.grid(), Arc::clone(&config.robot.class.sensor));
         Self { agent: Agent::new(config), grid, sensor, noise: stream(1, Purpose::Noise, 2) }
     }
 

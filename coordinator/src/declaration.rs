@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn a_declared_object_is_not_expected_to_remain_even_when_it_wavers() {
         let mut field = Field::new(TAU);
-        let reach = Reach::unknown(field.terrain.grid(), 1);
+        let reach = Reach::unknown(field.terrain.grid());
         let expected =
             |field: &Field| field.declarations.expected_remaining(&field.terrain, &reach, &field.belief);
         assert!((expected(&field) - 0.5).abs() < 1e-12);

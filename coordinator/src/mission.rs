@@ -12,7 +12,7 @@ use std::time::Duration;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::Knowledge;
 use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus};
-use dragnet_proto::radio::max_observations;
+use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::validation::Limits;
@@ -35,8 +35,6 @@ pub struct CoordinatorConfig {
     pub terrain: Arc<Terrain>,
     /// The belief before any reading.
     pub prior: Belief,
-    /// Sensor radius of the robots, cells.
-    pub sensor_radius: u32,
     /// Probability from which an object is declared, above 0.
     pub detection_threshold: f64,
     /// Limits by which observations are validated.
@@ -58,13 +56,11 @@ impl CoordinatorConfig {
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let mission = scenario.mission();
-        let (terrain, sensor) = (Arc::new(scenario.terrain().clone()), Arc::new(scenario.sensor().clone()));
         let robots: Vec<RobotId> = scenario.robots().iter().map(|robot| robot.id).collect();
         Self {
-            sensor_radius: sensor.radius(),
-            max_observations: max_observations(scenario.network().bytes_per_second, &sensor),
-            limits: Limits::new(Arc::clone(&terrain), sensor, robots.iter().copied(), mission),
-            terrain,
+            max_observations: max_observations_of(scenario),
+            limits: Limits::of(scenario),
+            terrain: Arc::new(scenario.terrain().clone()),
             prior: scenario.prior().clone(),
             detection_threshold: mission.detection_threshold,
             robots,
@@ -145,7 +141,7 @@ impl Mission {
                 Participant::Coordinator,
                 config.heartbeat / 2,
                 config.limits.clone(),
-                Knowledge::new(&config.terrain, config.prior.clone(), config.sensor_radius),
+                Knowledge::new(&config.terrain, config.prior.clone()),
             )
             .with_max_observations(config.max_observations),
             declarations,

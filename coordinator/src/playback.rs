@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
+use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -54,6 +55,19 @@ pub struct Playback {
 }
 
 impl Playback {
+    /// A fact that robots may differ in, for each robot by number: a recording has one value for all of them, or one for
+    /// each. `None` if a value is missing or invalid.
+    #[must_use]
+    pub fn of_robots<T: Clone + FromStr>(&self, fact: &str) -> Option<Vec<T>> {
+        let robots: usize = self.run.get("robots")?.parse().ok()?;
+        let values = self.run.get(fact)?.split(',').map(|text| text.parse().ok());
+        let values: Vec<T> = values.collect::<Option<_>>()?;
+        match &values[..] {
+            [value] => Some(vec![value.clone(); robots]),
+            _ => Some(values).filter(|values| values.len() == robots),
+        }
+    }
+
     /// Reads a recording. Of a truncated or damaged one the intact parts are read.
     ///
     /// # Errors

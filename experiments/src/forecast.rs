@@ -148,10 +148,13 @@ fn on_map(scenario: &Scenario) -> f64 {
     }
 }
 
-/// The time that the budget lasts, seconds: that of the path length where there is no budget of time.
+/// The time that the budget lasts, seconds: that of the path length where there is no budget of time. Of unlike robots the longest.
 fn budget_seconds(scenario: &Scenario) -> f64 {
-    let mission = scenario.mission();
-    mission.remaining_meters(0.0, Duration::ZERO) / mission.speed_meters_per_second
+    let seconds = scenario.robots().iter().map(|robot| {
+        let mission = scenario.mission().of(&robot.class);
+        mission.remaining_meters(0.0, Duration::ZERO) / mission.speed_meters_per_second
+    });
+    seconds.fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -47,7 +47,7 @@ pub struct Account {
     /// The drawn areas, and how thoroughly each was searched if robots can enter it and a cell of it is searched.
     pub areas: Vec<(Area, Option<Coverage>)>,
     /// Speed of a robot.
-    pub speed_meters_per_second: f64,
+    speeds_meters_per_second: Vec<f64>,
 }
 
 /// A robot in a cell.
@@ -126,9 +126,15 @@ impl Account {
             tracks: fold.visits,
             terrain,
             pod,
-            speed_meters_per_second: number("speed_meters_per_second")
-                .unwrap_or(USUAL_SPEED_METERS_PER_SECOND),
+            speeds_meters_per_second: playback.of_robots("speed_meters_per_second").unwrap_or_default(),
         })
+    }
+
+    /// Speed of a robot, meters per second.
+    #[must_use]
+    pub fn speed_meters_per_second(&self, robot: RobotId) -> f64 {
+        let known = self.speeds_meters_per_second.get(robot.index());
+        known.copied().unwrap_or(USUAL_SPEED_METERS_PER_SECOND)
     }
 
     /// The center of a cell.

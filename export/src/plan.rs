@@ -29,13 +29,13 @@ pub fn texts(account: &Account) -> Result<Vec<(RobotId, String)>, ExportError> {
     if account.plans.is_empty() {
         return Err(ExportError::NoPlan { seconds: account.until.as_seconds() });
     }
-    let text = |(robot, plan): (&RobotId, &Plan)| (*robot, format!("{:#}\n", file(account, plan)));
+    let text = |(robot, plan): (&RobotId, &Plan)| (*robot, format!("{:#}\n", file(account, *robot, plan)));
     Ok(account.plans.iter().map(text).collect())
 }
 
-fn file(account: &Account, plan: &Plan) -> Value {
+fn file(account: &Account, robot: RobotId, plan: &Plan) -> Value {
     let home = account.point(plan.from);
-    let speed = account.speed_meters_per_second;
+    let speed = account.speed_meters_per_second(robot);
     let items: Vec<Value> =
         (1..).zip(turns(account, plan)).map(|(number, cell)| item(number, account.point(cell))).collect();
     json!({

@@ -18,7 +18,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, RobotId, Source};
-use dragnet_search::reach::Reach;
+use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
 
 use crate::curve::Curve;
@@ -38,8 +38,9 @@ pub struct About {
     pub terrain: Arc<Terrain>,
     /// The prior probability of an object, shape `[cells]`, in single precision as in recordings.
     pub prior: Vec<f32>,
-    /// Sensor radius of the robots, cells; unknown for older recordings, and then no cell is shown as out of reach.
-    pub sensor_radius: Option<u32>,
+    /// What each robot sees from where, by [`RobotId::index`]; empty for older recordings, and then no cell is shown as
+    /// out of reach.
+    pub sights: Vec<Sight>,
     /// Detection threshold.
     pub detection_threshold: f64,
     /// The robots of the team.
@@ -58,7 +59,7 @@ impl About {
             name: scenario.name().to_owned(),
             terrain: Arc::new(scenario.terrain().clone()),
             prior: Self::prior_of(scenario.terrain(), scenario.prior()),
-            sensor_radius: Some(scenario.sensor().radius()),
+            sights: scenario.robots().iter().map(|robot| robot.class.sight()).collect(),
             detection_threshold: scenario.mission().detection_threshold,
             team: scenario.robots().iter().map(|robot| robot.id).collect(),
             objects,
@@ -146,7 +147,7 @@ impl View {
             observations: 0,
             marks: 0,
             received: VecDeque::new(),
-            reach: about.sensor_radius.map(|radius| Reach::unknown(about.terrain.grid(), radius)),
+            reach: (!about.sights.is_empty()).then(|| Reach::unknown(about.terrain.grid())),
             fold,
             about,
         };
@@ -204,8 +205,8 @@ impl View {
             self.received.push_back(self.now);
             self.observations += 1;
             self.robots.entry(robot).or_default();
-            if let Some(reach) = &mut self.reach {
-                reach.add_robot(self.fold.terrain(), observation.from);
+            if let (Some(reach), Some(&sight)) = (&mut self.reach, self.about.sights.get(robot.index())) {
+                reach.add_robot(self.fold.terrain(), sight, observation.from);
             }
         } else {
             self.marks += 1;

@@ -136,7 +136,7 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         name: "a".to_owned(),
         terrain: Arc::new(scenario.terrain().clone()),
         prior: About::prior_of(scenario.terrain(), scenario.prior()),
-        sensor_radius: about(&playback).sensor_radius,
+        sights: about(&playback).sights,
         detection_threshold: scenario.mission().detection_threshold,
         team: scenario.robots().iter().map(|robot| robot.id).collect(),
         objects: about(&playback).objects,

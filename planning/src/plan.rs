@@ -91,7 +91,7 @@ impl MissionPlan {
             for robot in &mut file.robots.robot {
                 robot.start = None;
             }
-            file.robots.robot.retain(|robot| robot.policy.is_some());
+            file.robots.robot.retain(|robot| robot.policy.is_some() || robot.class.is_some());
         }
         // Its regions are among the areas now.
         if scenario.claims().is_some() {

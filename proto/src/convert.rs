@@ -94,7 +94,7 @@ pub fn check_sender(message: &Message, sender: Participant) -> Result<(), Conver
 const VERSION_BYTES: usize = 24;
 
 /// Decodes messages of a mission on one map.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Codec {
     grid: Grid,
     /// Robots of the team, numbered from 1.
@@ -104,13 +104,13 @@ pub struct Codec {
 }
 
 /// How messages are packed for radios.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Packing {
     /// Rate of the team's radios.
     bytes_per_second: f64,
-    /// Noise variance of the team's sensor.
-    noise_variance: f64,
-    /// As [`radio::max_observations`].
+    /// Noise variance of each robot's sensor, by [`RobotId::index`].
+    noise_variances: Arc<[f64]>,
+    /// As [`radio::max_observations_of`].
     max_observations: usize,
 }
 
@@ -126,11 +126,11 @@ impl Codec {
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
         let robots = u16::try_from(scenario.robots().len()).unwrap_or(u16::MAX);
-        let (rate, sensor) = (scenario.network().bytes_per_second, scenario.sensor());
-        let radio = rate.map(|bytes_per_second| Packing {
+        let sensors = scenario.robots().iter().map(|robot| robot.class.sensor.noise_variance());
+        let radio = scenario.network().bytes_per_second.map(|bytes_per_second| Packing {
             bytes_per_second,
-            noise_variance: sensor.noise_variance(),
-            max_observations: radio::max_observations(rate, sensor),
+            noise_variances: sensors.collect(),
+            max_observations: radio::max_observations_of(scenario),
         });
         Self { grid: scenario.terrain().grid(), robots, radio }
     }
@@ -153,20 +153,20 @@ impl Codec {
     /// Rate of the team's radios, bytes per second, if it is limited.
     #[must_use]
     pub fn bytes_per_second(&self) -> Option<f64> {
-        self.radio.map(|packing| packing.bytes_per_second)
+        self.radio.as_ref().map(|packing| packing.bytes_per_second)
     }
 
     /// The maximum number of observations in one reply.
     #[must_use]
     pub fn max_observations(&self) -> usize {
-        self.radio.map_or(SyncReply::MAX_OBSERVATIONS, |packing| packing.max_observations)
+        self.radio.as_ref().map_or(SyncReply::MAX_OBSERVATIONS, |packing| packing.max_observations)
     }
 
     /// The bytes of a message: packed, or as [`encode`].
     #[must_use]
     pub fn encode(&self, message: &Message) -> Vec<u8> {
-        let Some(Packing { noise_variance, .. }) = self.radio else { return encode(message) };
-        let map = Map { grid: self.grid, noise_variance };
+        let Some(Packing { noise_variances, .. }) = &self.radio else { return encode(message) };
+        let map = Map { grid: self.grid, noise_variances };
         match message {
             Message::Observation(observation) => packed::pack(&wire::Observation::from(&**observation), map),
             Message::Intent(intent) => packed::pack(&wire::Intent::from(intent), map),
@@ -251,7 +251,7 @@ impl Codec {
     }
 
     fn read_any<T: RosMessage + DeserializeOwned + Packed>(
-        self,
+        &self,
         bytes: &[u8],
     ) -> Result<(T, Check), ConvertError> {
         if bytes.first() != Some(&packed::MARK) {
@@ -261,18 +261,18 @@ impl Codec {
         Ok((packed::unpack(bytes, self.grid).map_err(refused)?, self.check::<T>(wire::VERSION)))
     }
 
-    const fn check<T: RosMessage>(self, version: u8) -> Check {
-        let Self { grid, robots, .. } = self;
+    const fn check<T: RosMessage>(&self, version: u8) -> Check {
+        let &Self { grid, robots, .. } = self;
         Check { grid, robots, version, message: T::NAME, place: Place::Message }
     }
 
-    fn read<T: RosMessage + DeserializeOwned>(self, bytes: &[u8]) -> Result<(T, Check), ConvertError> {
+    fn read<T: RosMessage + DeserializeOwned>(&self, bytes: &[u8]) -> Result<(T, Check), ConvertError> {
         self.read_version(wire::VERSION, bytes)
     }
 
     /// The version is checked first: a message of another version may have other fields.
     fn read_version<T: RosMessage + DeserializeOwned>(
-        self,
+        &self,
         version: u8,
         bytes: &[u8],
     ) -> Result<(T, Check), ConvertError> {

@@ -12,8 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Observation, ObservationLog, Source, Versions};
-use dragnet_search::reach::Reach;
+use dragnet_search::observation::{Observation, ObservationLog, Versions};
+use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
 
 /// One participant's knowledge. A copy costs nothing until one of them changes.
@@ -67,9 +67,9 @@ impl State {
         (self.digests, self.belief.prior_address())
     }
 
-    fn count(&mut self, terrain: &Terrain, observation: &Arc<Observation>) {
-        if observation.origin.source != Source::Operator && self.reach.is_news(observation.from) {
-            Arc::make_mut(&mut self.reach).add_robot(terrain, observation.from);
+    fn count(&mut self, terrain: &Terrain, sight: Option<Sight>, observation: &Arc<Observation>) {
+        if let Some(sight) = sight.filter(|&sight| self.reach.is_news(sight, observation.from)) {
+            Arc::make_mut(&mut self.reach).add_robot(terrain, sight, observation.from);
         }
         for reading in &observation.readings {
             self.belief.add(reading);
@@ -79,10 +79,10 @@ impl State {
 }
 
 impl Knowledge {
-    /// No observation yet, for sensors of this radius, cells.
+    /// No observation yet.
     #[must_use]
-    pub fn new(terrain: &Terrain, prior: Belief, sensor_radius: u32) -> Self {
-        let reach = Arc::new(Reach::unknown(terrain.grid(), sensor_radius));
+    pub fn new(terrain: &Terrain, prior: Belief) -> Self {
+        let reach = Arc::new(Reach::unknown(terrain.grid()));
         let (log, derived) = (ObservationLog::default(), Derived::default());
         Self { state: Arc::new(State { log, belief: prior, reach, digests: 0, derived }), shared: None }
     }
@@ -174,10 +174,10 @@ impl Knowledge {
         is_followed
     }
 
-    /// Counts an observation that is the next of its origin.
-    pub(crate) fn count(&mut self, terrain: &Terrain, observation: &Arc<Observation>) {
+    /// Counts an observation that is the next of its origin, by a robot of this sight or by the operator.
+    pub(crate) fn count(&mut self, terrain: &Terrain, sight: Option<Sight>, observation: &Arc<Observation>) {
         let Some(shared) = self.shared.clone() else {
-            return self.state_mut().count(terrain, observation);
+            return self.state_mut().count(terrain, sight, observation);
         };
         let digests = self.state.digests.wrapping_add(observation.digest().0);
         // If nobody else knows the same, nobody follows, and nothing is copied.
@@ -187,7 +187,7 @@ impl Knowledge {
         } else {
             let state = self.state_mut();
             state.digests = digests;
-            state.count(terrain, observation);
+            state.count(terrain, sight, observation);
             shared.offer(&mut self.state);
         }
         if let Some(before) = before {
@@ -231,7 +231,7 @@ mod tests {
     fn field() -> (Terrain, Knowledge) {
         let terrain = Terrain::from_ascii(".....,", 1.0).unwrap();
         let prior = Belief::uniform(&terrain, 0.2).unwrap();
-        let knowledge = Knowledge::new(&terrain, prior, 1);
+        let knowledge = Knowledge::new(&terrain, prior);
         (terrain, knowledge)
     }
 
@@ -246,7 +246,7 @@ mod tests {
     fn learn(knowledge: &mut Knowledge, terrain: &Terrain, observation: &Arc<Observation>) -> bool {
         let is_followed = knowledge.follow(observation);
         if !is_followed {
-            knowledge.count(terrain, observation);
+            knowledge.count(terrain, Some(Sight::on_ground(1)), observation);
         }
         is_followed
     }
@@ -308,7 +308,7 @@ mod tests {
             for (step, (participant, robot)) in steps.into_iter().enumerate() {
                 let next = alone[participant].log().next(Origin::first(RobotId::new(robot).unwrap()));
                 let news = &published[usize::from(robot) - 1][usize::try_from(next).unwrap()];
-                alone[participant].count(&terrain, news);
+                alone[participant].count(&terrain, Some(Sight::on_ground(1)), news);
                 learn(&mut team[participant], &terrain, news);
                 if step == released {
                     team[participant].release(NonZeroUsize::MIN);

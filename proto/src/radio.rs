@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Duration;
 
+use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::sensor::Sensor;
 
@@ -25,12 +26,17 @@ const READING_BYTES: f64 = 1.0;
 
 /// The maximum number of observations in one reply over a radio of this rate, bytes per second, at least 1;
 /// [`SyncReply::MAX_OBSERVATIONS`] without a limit. All participants of a mission compute the same.
-#[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and MAX_OBSERVATIONS")]
-pub fn max_observations(bytes_per_second: Option<f64>, sensor: &Sensor) -> usize {
+fn max_observations(bytes_per_second: Option<f64>, sensor: &Sensor) -> usize {
     let Some(rate) = bytes_per_second else { return SyncReply::MAX_OBSERVATIONS };
     let bytes = OBSERVATION_BYTES + READING_BYTES * sensor.footprint().len() as f64;
     (rate * REPLY_SECONDS / bytes).clamp(1.0, SyncReply::MAX_OBSERVATIONS as f64) as usize
+}
+
+/// The maximum number of observations in one reply of a scenario's team: that of its widest sensor.
+#[must_use]
+pub fn max_observations_of(scenario: &Scenario) -> usize {
+    max_observations(scenario.network().bytes_per_second, scenario.widest_sensor())
 }
 
 /// The order in which waiting messages are sent; messages of one priority are sent in the order in which they were offered.

@@ -14,6 +14,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_scenario::Class;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Source, Versions};
@@ -190,7 +191,8 @@ impl Replica {
                     return Err(Rejection::TooManyStarts);
                 }
                 self.limits.check(observation, known)?;
-                self.knowledge.count(self.limits.terrain(), observation);
+                let sight = self.limits.class(observation.origin.source).map(Class::sight);
+                self.knowledge.count(self.limits.terrain(), sight, observation);
                 Ok(Entry::New)
             }
             Entry::Conflicting => Err(Rejection::Conflicting),
@@ -259,8 +261,7 @@ mod tests {
         let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 2 }\nobjects.count = 1\nsensor.radius = 1\n\
                     mission = { budget_seconds = 60.0, speed_meters_per_second = 100.0 }\nrobots.count = 3\n";
         let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
-        let knowledge =
-            Knowledge::new(scenario.terrain(), scenario.prior().clone(), scenario.sensor().radius());
+        let knowledge = Knowledge::new(scenario.terrain(), scenario.prior().clone());
         Replica::new(robot(number), SECOND, Limits::of(&scenario), knowledge)
     }
 

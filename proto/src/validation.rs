@@ -11,14 +11,14 @@
 //! Only the clock differs between participants. An observation that is dated in the future is therefore neither
 //! accepted nor finally rejected: it is requested again like a lost one, until it is no longer in the future.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_scenario::{Mission, Scenario};
+use dragnet_scenario::{Class, Scenario};
 use dragnet_search::evidence::Reading;
 use dragnet_search::observation::{Ends, Observation, RobotId, Source};
 use dragnet_search::sensor::Sensor;
@@ -89,7 +89,7 @@ impl fmt::Display for Rejection {
             Self::Future => "it is dated in the future, beyond mission.max_clock_skew_seconds",
             Self::Backwards => "it is dated before the previous one",
             Self::TooFast => {
-                "the robot cannot have got there since the previous one at mission.speed_meters_per_second"
+                "the robot cannot have got there since the previous one at the speed of its class"
             }
             Self::TooOften => "the robot observes more often than it can enter cells",
             Self::NoMark => "it is attributed to the operator, who cannot mark a cell so",
@@ -143,39 +143,33 @@ impl fmt::Display for RejectionKind {
 #[derive(Clone, Debug)]
 pub struct Limits {
     terrain: Arc<Terrain>,
-    sensor: Arc<Sensor>,
-    team: Arc<BTreeSet<RobotId>>,
+    team: Arc<BTreeMap<RobotId, Arc<Class>>>,
     /// The last observation that passed [`Limits::check_observation`]: the robots of one process check the same one in turn.
     possible: Arc<Mutex<Option<Arc<Observation>>>>,
-    speed_meters_per_second: f64,
     clock_tolerance: Duration,
 }
 
 impl Limits {
-    /// The limits of a mission with this team, map and sensor.
+    /// The limits of a mission with this map, and a team of these classes.
     #[must_use]
     pub fn new(
         terrain: Arc<Terrain>,
-        sensor: Arc<Sensor>,
-        team: impl IntoIterator<Item = RobotId>,
-        mission: &Mission,
+        team: impl IntoIterator<Item = (RobotId, Arc<Class>)>,
+        clock_tolerance: Duration,
     ) -> Self {
         Self {
             terrain,
-            sensor,
             team: Arc::new(team.into_iter().collect()),
             possible: Arc::default(),
-            speed_meters_per_second: mission.speed_meters_per_second,
-            clock_tolerance: mission.clock_tolerance,
+            clock_tolerance,
         }
     }
 
     /// The limits of a scenario.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Self {
-        let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
-        let team = scenario.robots().iter().map(|robot| robot.id);
-        Self::new(Arc::new(terrain), Arc::new(sensor), team, scenario.mission())
+        let team = scenario.robots().iter().map(|robot| (robot.id, Arc::clone(&robot.class)));
+        Self::new(Arc::new(scenario.terrain().clone()), team, scenario.mission().clock_tolerance)
     }
 
     /// The map.
@@ -188,7 +182,7 @@ impl Limits {
     #[must_use]
     pub fn knows(&self, participant: Participant) -> bool {
         match participant {
-            Participant::Robot(robot) => self.team.contains(&robot),
+            Participant::Robot(robot) => self.team.contains_key(&robot),
             Participant::Coordinator => true,
         }
     }
@@ -198,7 +192,16 @@ impl Limits {
     pub fn counts(&self, source: Source) -> bool {
         match source {
             Source::Operator => true,
-            Source::Robot(robot) => self.team.contains(&robot),
+            Source::Robot(_) => self.class(source).is_some(),
+        }
+    }
+
+    /// What a source can do, if it is a robot of the team.
+    #[must_use]
+    pub fn class(&self, source: Source) -> Option<&Class> {
+        match source {
+            Source::Operator => None,
+            Source::Robot(robot) => self.team.get(&robot).map(|class| &**class),
         }
     }
 
@@ -210,10 +213,11 @@ impl Limits {
         if observation.origin.source == Source::Operator {
             return check_mark(observation, known);
         }
-        self.check_observation_once(observation)?;
+        let class = self.class(observation.origin.source).ok_or(Rejection::Stranger)?;
+        self.check_observation_once(class, observation)?;
         let Some(known) = known else { return Ok(()) };
-        self.check_speed(known.last, observation)?;
-        self.check_rate(known.first, observation)
+        self.check_speed(class, known.last, observation)?;
+        self.check_rate(class, known.first, observation)
     }
 
     /// Validates the date of an observation.
@@ -228,28 +232,25 @@ impl Limits {
     }
 
     /// Like [`Limits::check_observation`], whose result for one observation is the same for all receivers of a process.
-    fn check_observation_once(&self, observation: &Arc<Observation>) -> Result<(), Rejection> {
+    fn check_observation_once(&self, class: &Class, observation: &Arc<Observation>) -> Result<(), Rejection> {
         let is_known = |possible: &Option<Arc<Observation>>| {
             possible.as_ref().is_some_and(|possible| Arc::ptr_eq(possible, observation))
         };
         if self.possible.try_lock().is_ok_and(|possible| is_known(&possible)) {
             return Ok(());
         }
-        self.check_observation(observation)?;
+        self.check_observation(class, observation)?;
         if let Ok(mut possible) = self.possible.try_lock() {
             *possible = Some(Arc::clone(observation));
         }
         Ok(())
     }
 
-    fn check_observation(&self, observation: &Observation) -> Result<(), Rejection> {
-        if !self.counts(observation.origin.source) {
-            return Err(Rejection::Stranger);
-        }
-        if !self.terrain.is_traversable(observation.from) {
+    fn check_observation(&self, class: &Class, observation: &Observation) -> Result<(), Rejection> {
+        if !(class.flies || self.terrain.is_traversable(observation.from)) {
             return Err(Rejection::Blocked);
         }
-        let (grid, radius) = (self.terrain.grid(), self.sensor.radius());
+        let (grid, radius) = (self.terrain.grid(), class.sensor.radius());
         // Of the square around the robot that holds all cells in sight, row by row.
         let side = 2 * radius + 1;
         let mut is_seen = vec![false; (side * side) as usize];
@@ -264,47 +265,57 @@ impl Limits {
             if std::mem::replace(&mut is_seen[place as usize], true) {
                 return Err(Rejection::Repeated);
             }
-            self.check_reading(distance, reading)?;
-        }
-        Ok(())
-    }
-
-    fn check_reading(&self, distance: u32, reading: &Reading) -> Result<(), Rejection> {
-        if reading.variance < self.sensor.variance(distance) * (1.0 - VARIANCE_TOLERANCE) {
-            return Err(Rejection::TooPrecise);
-        }
-        let off = DEVIATIONS * f64::from(reading.variance).sqrt();
-        if !(-off..=1.0 + off).contains(&f64::from(reading.value)) {
-            return Err(Rejection::TooFarOff);
+            check_reading(&class.sensor, distance, reading)?;
         }
         Ok(())
     }
 
     /// The straight line is the shortest path, independently of obstacles.
-    fn check_speed(&self, before: &Observation, observation: &Observation) -> Result<(), Rejection> {
+    fn check_speed(
+        &self,
+        class: &Class,
+        before: &Observation,
+        observation: &Observation,
+    ) -> Result<(), Rejection> {
         if observation.time_ns < before.time_ns {
             return Err(Rejection::Backwards);
         }
         let cells = self.terrain.grid().offset(before.from, observation.from).euclidean();
-        if cells > self.cells_in(before, observation) * SPEED_TOLERANCE + PLACE_TOLERANCE_CELLS {
+        if cells > self.cells_in(class, before, observation) * SPEED_TOLERANCE + PLACE_TOLERANCE_CELLS {
             return Err(Rejection::TooFast);
         }
         Ok(())
     }
 
-    fn check_rate(&self, first: &Observation, observation: &Observation) -> Result<(), Rejection> {
+    fn check_rate(
+        &self,
+        class: &Class,
+        first: &Observation,
+        observation: &Observation,
+    ) -> Result<(), Rejection> {
         let observations = observation.sequence.saturating_sub(OBSERVATIONS_AT_ONCE) as f64;
-        if observations > self.cells_in(first, observation) * SPEED_TOLERANCE * OBSERVATIONS_PER_CELL {
+        if observations > self.cells_in(class, first, observation) * SPEED_TOLERANCE * OBSERVATIONS_PER_CELL {
             return Err(Rejection::TooOften);
         }
         Ok(())
     }
 
     /// Cells that a robot crosses between two observations, at full speed.
-    fn cells_in(&self, from: &Observation, to: &Observation) -> f64 {
+    fn cells_in(&self, class: &Class, from: &Observation, to: &Observation) -> f64 {
         let time = MissionTime(to.time_ns).since(MissionTime(from.time_ns));
-        time.as_secs_f64() * self.speed_meters_per_second / self.terrain.cell_meters()
+        time.as_secs_f64() * class.speed_meters_per_second / self.terrain.cell_meters()
     }
+}
+
+fn check_reading(sensor: &Sensor, distance: u32, reading: &Reading) -> Result<(), Rejection> {
+    if reading.variance < sensor.variance(distance) * (1.0 - VARIANCE_TOLERANCE) {
+        return Err(Rejection::TooPrecise);
+    }
+    let off = DEVIATIONS * f64::from(reading.variance).sqrt();
+    if !(-off..=1.0 + off).contains(&f64::from(reading.value)) {
+        return Err(Rejection::TooFarOff);
+    }
+    Ok(())
 }
 
 /// The operator may mark any cell, traversable or not: one cell per mark, and marks in order of time.

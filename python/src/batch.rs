@@ -83,7 +83,7 @@ impl Batch {
             )));
         }
         let lanes = Lanes::new(num_envs)?;
-        let field = Arc::clone(&scenario.field);
+        let field = scenario.field()?;
         let grid = field.scenario().terrain().grid();
         let actions = Actions::new(control, masked_action)?;
         let layout = choice::layout(observation, frame, Company::Alone, grid)?;

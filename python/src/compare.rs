@@ -95,13 +95,13 @@ fn case(py: Python<'_>, scenario: &Scenario, policy: &Competitor, interface: &In
         Competitor::Callable(_, decide) => {
             // One that decides at its waypoints only; what decides in its place is the callable.
             let scenario_of_case = of_robots(policy_field("greedy")?)?;
-            let callable = Callable::new(py, decide, &scenario.field, interface)?;
+            let callable = Callable::new(py, decide, &*scenario.field()?, interface)?;
             (scenario_of_case, Some(Arc::new(callable)))
         }
     };
     Ok(Case {
         setting: Setting::new(&scenario_of_case, policy.label().to_owned()),
-        field: Arc::clone(&scenario.field),
+        field: scenario.shared(),
         scenario: scenario_of_case,
         callable,
     })

@@ -18,12 +18,28 @@ use pyo3::prelude::*;
 #[pyclass(frozen, module = "dragnet._dragnet")]
 #[derive(Clone)]
 pub(crate) struct Scenario {
-    pub(crate) field: Arc<Field>,
+    field: Arc<Field>,
 }
 
 impl Scenario {
     pub(crate) fn inner(&self) -> &dragnet_scenario::Scenario {
         self.field.scenario()
+    }
+
+    /// What searches of the scenario share in environments, whose robots move on one map, one cell a step.
+    pub(crate) fn field(&self) -> PyResult<Arc<Field>> {
+        if self.inner().only_class().is_none_or(|class| class.flies) {
+            return Err(PyValueError::new_err(format!(
+                "{} has robots of several classes, or that fly; allowed are robots of one class, on the ground",
+                self.inner().name()
+            )));
+        }
+        Ok(self.shared())
+    }
+
+    /// What all searches of the scenario share.
+    pub(crate) fn shared(&self) -> Arc<Field> {
+        Arc::clone(&self.field)
     }
 
     fn new(scenario: dragnet_scenario::Scenario) -> Self {

@@ -92,7 +92,7 @@ impl TeamBatch {
         crashes: BTreeMap<u16, f64>,
     ) -> PyResult<Self> {
         let lanes = Lanes::new(num_envs)?;
-        let field = Arc::clone(&scenario.field);
+        let field = scenario.field()?;
         let robots = field.scenario().robots().len();
         let actions = Actions::new(control, masked_action)?;
         let grid = field.scenario().terrain().grid();

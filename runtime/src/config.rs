@@ -268,7 +268,7 @@ impl AgentSettings {
             module: file.parent().unwrap_or(Path::new("")).join(&detector.module),
             ..detector
         });
-        Ok(Body { pilot: pilot(vehicle, file, scenario)?, ros: ros.check(file)?, moved_by, detector })
+        Ok(Body { pilot: self.pilot(vehicle, file, scenario)?, ros: ros.check(file)?, moved_by, detector })
     }
 
     fn mavlink_body(
@@ -294,7 +294,33 @@ impl AgentSettings {
             let reason = "mavlink.position is 'global', which needs a map with an origin on the earth";
             return Err(failed(reason));
         }
-        Ok(MavlinkBody { mavlink: mavlink.check(file)?, pilot: pilot(vehicle, file, scenario)? })
+        Ok(MavlinkBody { mavlink: mavlink.check(file)?, pilot: self.pilot(vehicle, file, scenario)? })
+    }
+
+    /// The pilot of a vehicle in a scenario.
+    fn pilot(
+        &self,
+        vehicle: &VehicleSettings,
+        file: &Path,
+        scenario: &Scenario,
+    ) -> Result<Pilot, RuntimeError> {
+        let class = self.agent_config(file, scenario)?.robot.class;
+        let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
+        let primitives = match &vehicle.motion {
+            MotionTable::Lattice { primitives: Some(named), .. } => {
+                let path = file.parent().unwrap_or(Path::new("")).join(named);
+                let reported = |error: std::io::Error| {
+                    failed(format!("vehicle.motion.primitives: {}: {error}", path.display()))
+                };
+                Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(reported)?)
+            }
+            MotionTable::Lattice { .. } | MotionTable::Goal {} => None,
+        };
+        let checked = vehicle.check(primitives.as_deref()).map_err(|error| failed(error.to_string()))?;
+        let (terrain, sensor) = (scenario.terrain().clone(), (*class.sensor).clone());
+        let map = CostMap::from_terrain(&terrain, parts(&terrain));
+        let map = map.map_err(|error| failed(format!("vehicle: {error}")))?;
+        Pilot::new(checked, terrain, sensor, &map).map_err(|error| failed(error.to_string()))
     }
 
     /// Checks that each camera of the network is one of the vehicle's, and has one detector.
@@ -328,26 +354,6 @@ impl AgentSettings {
         }
         Ok(())
     }
-}
-
-/// The pilot of a vehicle in a scenario.
-fn pilot(vehicle: &VehicleSettings, file: &Path, scenario: &Scenario) -> Result<Pilot, RuntimeError> {
-    let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
-    let primitives = match &vehicle.motion {
-        MotionTable::Lattice { primitives: Some(named), .. } => {
-            let path = file.parent().unwrap_or(Path::new("")).join(named);
-            let reported = |error: std::io::Error| {
-                failed(format!("vehicle.motion.primitives: {}: {error}", path.display()))
-            };
-            Some(read_text_at_most(&path, MAX_PRIMITIVES_BYTES).map_err(reported)?)
-        }
-        MotionTable::Lattice { .. } | MotionTable::Goal {} => None,
-    };
-    let checked = vehicle.check(primitives.as_deref()).map_err(|error| failed(error.to_string()))?;
-    let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
-    let map = CostMap::from_terrain(&terrain, parts(&terrain));
-    let map = map.map_err(|error| failed(format!("vehicle: {error}")))?;
-    Pilot::new(checked, terrain, sensor, &map).map_err(|error| failed(error.to_string()))
 }
 
 impl Body {

@@ -110,7 +110,7 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         computer::detector(body, file, make).into_iter().for_each(&mut *tell);
     }
     if let Some(vehicle) = &config.vehicle {
-        tell(computer::speed(vehicle.speed_meters_per_second, &scenario));
+        tell(computer::speed(vehicle.speed_meters_per_second, &agent_config.robot.class));
     }
     if let Some(OwnVehicle::Ros(body)) = &own {
         vehicle::cameras(body).into_iter().for_each(&mut *tell);

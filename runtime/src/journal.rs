@@ -257,7 +257,7 @@ impl Journal {
         let Some(database) = &self.database else { return Ok(Vec::new()) };
         let names = [first, u64::MAX].map(|sequence| (of.source.number(), of.incarnation, sequence));
         let bytes = read(database, names[0]..=names[1], most);
-        decode(self.codec, &bytes.map_err(|source| JournalError::of(&self.path, source))?)
+        decode(&self.codec, &bytes.map_err(|source| JournalError::of(&self.path, source))?)
             .map_err(|reason| JournalError::Content { path: self.path.clone(), reason })
     }
 
@@ -357,7 +357,7 @@ fn remember(database: &Database, path: &Path, subject: Subject<'_>) -> Result<Me
         }
     }
     let bytes = read(database, .., usize::MAX).map_err(failed)?;
-    let observations = decode(Codec::new(subject.terrain.grid()), &bytes);
+    let observations = decode(&Codec::new(subject.terrain.grid()), &bytes);
     let content = |reason| JournalError::Content { path: path.to_owned(), reason };
     let started = read_fact(fact::STARTED)?;
     Ok(Memory {
@@ -402,7 +402,7 @@ fn read(
     Ok(observations)
 }
 
-fn decode(codec: Codec, observations: &[Vec<u8>]) -> Result<Vec<Arc<Observation>>, String> {
+fn decode(codec: &Codec, observations: &[Vec<u8>]) -> Result<Vec<Arc<Observation>>, String> {
     let one = |bytes: &Vec<u8>| match codec.decode(MessageKind::Observation, bytes) {
         Ok(Message::Observation(observation)) => Ok(observation),
         Ok(message) => Err(format!("a {:?}", message.kind())),

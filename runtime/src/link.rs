@@ -102,18 +102,20 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             .map(|selection| mission.expression(selection));
         for expression in expressions.chain(coordinator) {
             let (inlet, what) = (inlet.clone(), format!("subscribe to {expression}"));
+            let codec = codec.clone();
             session
                 .declare_subscriber(expression)
-                .callback(move |sample| put_message(&inlet, &sample, participant, codec))
+                .callback(move |sample| put_message(&inlet, &sample, participant, &codec))
                 .background()
                 .await
                 .map_err(RuntimeError::zenoh(what))?;
         }
+        let of_presence = codec.clone();
         session
             .liveliness()
             .declare_subscriber(mission.expression(Selection::Alive))
             .history(true)
-            .callback(move |sample| put_presence(&inlet, &sample, identity, codec))
+            .callback(move |sample| put_presence(&inlet, &sample, identity, &of_presence))
             .background()
             .await
             .map_err(RuntimeError::zenoh("watch liveliness tokens"))?;
@@ -140,7 +142,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         loop {
             match self.waiting.take().await? {
                 Arrival::Message { from, raw } => {
-                    return Some(read(raw, from, self.codec));
+                    return Some(read(raw, from, &self.codec));
                 }
                 Arrival::Presence { participant, claim, is_here } => {
                     let change = if is_here { Tokens::come } else { Tokens::leave };
@@ -176,7 +178,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
 
     /// The sender for counting: all participants outside the team count as one.
     pub(crate) fn sender(&self, participant: Participant) -> Sender {
-        sender(Some(participant), self.codec)
+        sender(Some(participant), &self.codec)
     }
 
     /// The other participants that are present.
@@ -236,8 +238,8 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
 
     /// How its messages are encoded.
     #[must_use]
-    pub const fn codec(&self) -> Codec {
-        self.codec
+    pub const fn codec(&self) -> &Codec {
+        &self.codec
     }
 
     /// Whether another participant is present.
@@ -342,7 +344,7 @@ impl Link {
 
 /// Queues a message, unless it is of this participant: its own, or that of another process of its number. Decoding is
 /// left to the receiver, so that dropped messages cost nothing.
-fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, codec: Codec) {
+fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, codec: &Codec) {
     let key = sample.key_expr().as_str();
     let from = key.parse().ok().and_then(|key: Key| key.topic.speech()).map(|(_, from)| from);
     if from.is_none() || from != me {
@@ -352,7 +354,7 @@ fn put_message(inlet: &Inlet, sample: &Sample, me: Option<Participant>, codec: C
 
 /// Queues a process's arrival or departure. A token of a participant outside the team is treated like a message, and
 /// rejected.
-fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: Codec) {
+fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: &Codec) {
     let key: Option<Key> = sample.key_expr().as_str().parse().ok();
     match key.map(|key| key.topic) {
         Some(Topic::Alive { claim, .. }) if claim.identity == own => {}
@@ -363,7 +365,7 @@ fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: Codec) {
     }
 }
 
-fn sender(from: Option<Participant>, codec: Codec) -> Sender {
+fn sender(from: Option<Participant>, codec: &Codec) -> Sender {
     from.filter(|&from| codec.knows(from)).map_or(Sender::Stranger, Sender::Known)
 }
 
@@ -375,7 +377,7 @@ fn raw(sample: &Sample) -> Raw {
 }
 
 /// Decodes a message, or returns why it is rejected.
-fn read(raw: Raw, from: Sender, codec: Codec) -> Incoming {
+fn read(raw: Raw, from: Sender, codec: &Codec) -> Incoming {
     let refused = |key: String, reason: String| Incoming::Rejected { from, key, reason };
     let key: Key = match raw.key.parse() {
         Ok(key) => key,

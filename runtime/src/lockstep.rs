@@ -56,7 +56,7 @@ impl<'a> LockstepNode<'a> {
         let key = mission.key(Topic::SimStep(me)).to_string();
         let steps =
             session.declare_queryable(key).await.map_err(RuntimeError::zenoh("offer to be driven"))?;
-        let mut link = Link::join(session, mission, me, codec).await?;
+        let mut link = Link::join(session, mission, me, codec.clone()).await?;
         link.announce().await?;
         let (messages, teller) = (BTreeMap::new(), Teller::default());
         Ok(Self { link, codec, steps, machine, team, messages, published: 0, teller })

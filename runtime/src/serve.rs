@@ -83,7 +83,7 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
             let (journal, clock) =
                 resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
             let codec = Codec::of(&scenario);
-            let mut link = Link::join(session, mission, participant, codec).await?;
+            let mut link = Link::join(session, mission, participant, codec.clone()).await?;
             if precedence == Precedence::First {
                 link.take_over();
             }

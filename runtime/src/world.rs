@@ -47,7 +47,6 @@ pub struct WorldServer<'a> {
     world: World,
     clock: Clock,
     real_time_factor: f64,
-    speed: f64,
     /// Time between the first observations of two robots.
     stagger: Duration,
     team: BTreeSet<RobotId>,
@@ -136,7 +135,6 @@ impl<'a> WorldServer<'a> {
             world,
             clock: Clock::new(real_time_factor),
             real_time_factor,
-            speed: scenario.mission().speed_meters_per_second,
             stagger: scenario.mission().stagger,
             team,
             robots,
@@ -331,7 +329,7 @@ impl<'a> WorldServer<'a> {
     }
 
     fn depart(&mut self, now: MissionTime, robot: RobotId) {
-        match self.world.travel_time(robot, self.speed) {
+        match self.world.travel_time(robot) {
             Some(time) => self.arrivals.insert(robot, now + time),
             None => self.arrivals.remove(&robot),
         };

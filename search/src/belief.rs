@@ -256,6 +256,7 @@ pub fn entropy_nats(log_odds_nats: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reach::Sight;
 
     #[test]
     fn entropy_is_symmetric_and_vanishes_when_certain() {
@@ -296,7 +297,7 @@ mod tests {
         }
         assert!(belief.probability(cells[0]).abs() < f64::MIN_POSITIVE);
         assert!(belief.is_found(cells[1], 0.95));
-        let reach = Reach::unknown(terrain.grid(), 1);
+        let reach = Reach::unknown(terrain.grid());
         assert!(belief.expected_remaining(&terrain, &reach, 0.95).abs() < f64::MIN_POSITIVE);
     }
 
@@ -304,9 +305,9 @@ mod tests {
     fn no_objects_are_expected_out_of_reach() {
         let terrain = Terrain::from_ascii(".~~~", 1.0).unwrap();
         let belief = Belief::uniform(&terrain, 0.2).unwrap();
-        let mut reach = Reach::unknown(terrain.grid(), 1);
+        let mut reach = Reach::unknown(terrain.grid());
         assert!((belief.expected_remaining(&terrain, &reach, 0.95) - 0.8).abs() < 1e-12);
-        reach.add_robot(&terrain, terrain.grid().cells().next().unwrap());
+        reach.add_robot(&terrain, Sight::on_ground(1), terrain.grid().cells().next().unwrap());
         assert!((belief.expected_remaining(&terrain, &reach, 0.95) - 0.4).abs() < 1e-12);
     }
 

@@ -70,6 +70,17 @@ pub struct TeammatePlan {
     pub path: PlannedPath,
     /// How far it has come since, if it went on at its usual speed, cells.
     pub driven_cells: f64,
+    /// Its sensor.
+    pub sensor: Arc<Sensor>,
+    /// Cells that it crosses while this robot crosses one, above 0.
+    pub pace: f64,
+}
+
+impl TeammatePlan {
+    /// Whether it sees and goes as this robot does.
+    fn is_alike(&self, sensor: &Sensor) -> bool {
+        self.pace.to_bits() == 1.0_f64.to_bits() && *self.sensor == *sensor
+    }
 }
 
 impl PlannedPrecision {
@@ -118,8 +129,8 @@ impl PlannedPrecision {
     }
 
     /// Adds the observations of a teammate's plan, and keeps the plan for policies that ask when they happen.
-    pub fn add_plan(&mut self, terrain: &Terrain, sensor: &Sensor, plan: TeammatePlan) {
-        self.add_path(terrain, sensor, &plan.path);
+    pub fn add_plan(&mut self, terrain: &Terrain, plan: TeammatePlan) {
+        self.add_path(terrain, &plan.sensor, &plan.path);
         self.plans.push(plan);
     }
 
@@ -129,22 +140,33 @@ impl PlannedPrecision {
         &self.plans
     }
 
-    /// Adds each teammate's share: one observation, from its own cell, of every cell that is nearer to a teammate's
-    /// waypoint than to this robot, in a straight line.
+    /// Adds the share of each teammate with a plan: one observation, from its own cell, of every cell that the teammate
+    /// reaches sooner from its waypoint than this robot does, with this sensor, from its cell, both in a straight line.
     ///
     /// A planned path ends long before the search does. The rest of the map is left to the nearest robot, as in a
-    /// Voronoi partition that moves with the robots. A share only lowers the gain: a cell that is worth a second
-    /// observation, or is all that is left, can still be visited by any robot.
-    pub fn add_shares(&mut self, terrain: &Terrain, sensor: &Sensor, robot: Cell, waypoints: &[Cell]) {
+    /// Voronoi partition that moves with the robots, and is weighted by their speeds. A share only lowers the gain: a
+    /// cell that is worth a second observation, or is all that is left, can still be visited by any robot.
+    pub fn add_shares(&mut self, terrain: &Terrain, sensor: &Sensor, robot: Cell) {
         let grid = terrain.grid();
-        let observation =
-            sensor.footprint().iter().map(|observation| observation.precision).max().unwrap_or_default();
-        let others = Others::new(grid, robot, waypoints);
+        let (alike, unlike): (Vec<_>, Vec<_>) = self.plans.iter().partition(|plan| plan.is_alike(sensor));
+        let waypoints: Vec<Cell> = alike.iter().filter_map(|plan| plan.path.last().copied()).collect();
+        let unlike: Vec<Unlike> = unlike.into_iter().filter_map(|plan| Unlike::new(grid, plan)).collect();
+        let observation = best_precision(sensor);
+        let others = Others::new(grid, robot, &waypoints);
+        let robot = grid.position(robot);
         for (row, precision) in (0..).zip(self.precision.chunks_mut(grid.columns() as usize)) {
             let own = others.leave(row, grid.columns());
             let (west, rest) = precision.split_at_mut(own.start);
-            let east = &mut rest[own.len()..];
+            let (middle, east) = rest.split_at_mut(own.len());
             west.iter_mut().chain(east).for_each(|precision| *precision += observation);
+            if unlike.is_empty() {
+                continue;
+            }
+            for (column, precision) in (0..).zip(middle).map(|(column, it)| (own.start as u32 + column, it)) {
+                let cell = Position { row, column };
+                let sooner = unlike.iter().find(|other| other.is_sooner(cell, robot));
+                *precision += sooner.map_or(0, |other| other.precision);
+            }
         }
     }
 
@@ -152,6 +174,34 @@ impl PlannedPrecision {
     #[must_use]
     pub fn precision(&self, cell: Cell) -> i64 {
         self.precision[cell.index()]
+    }
+}
+
+/// Precision of a sensor's best reading.
+fn best_precision(sensor: &Sensor) -> i64 {
+    sensor.footprint().iter().map(|observation| observation.precision).max().unwrap_or_default()
+}
+
+/// A teammate of another speed, or with another sensor. What it reaches sooner has no straight border.
+struct Unlike {
+    waypoint: Position,
+    /// The square of its pace.
+    pace_squared: f64,
+    precision: i64,
+}
+
+impl Unlike {
+    fn new(grid: Grid, plan: &TeammatePlan) -> Option<Self> {
+        let waypoint = grid.position(*plan.path.last()?);
+        Some(Self { waypoint, pace_squared: plan.pace * plan.pace, precision: best_precision(&plan.sensor) })
+    }
+
+    fn is_sooner(&self, cell: Position, robot: Position) -> bool {
+        let squared = |from: Position| {
+            let (north, east) = (cell.row.abs_diff(from.row), cell.column.abs_diff(from.column));
+            f64::from(north).powi(2) + f64::from(east).powi(2)
+        };
+        squared(self.waypoint) < squared(robot) * self.pace_squared
     }
 }
 
@@ -218,6 +268,40 @@ mod tests {
         assert_eq!(planned_precision.precision(cells[2]), at(1));
     }
 
+    /// A teammate that has planned to enter this cell.
+    fn at(waypoint: Cell, sensor: &Sensor, pace: f64) -> TeammatePlan {
+        let path = vec![waypoint].into();
+        TeammatePlan {
+            member: None,
+            cell: None,
+            path,
+            driven_cells: 0.0,
+            sensor: Arc::new(sensor.clone()),
+            pace,
+        }
+    }
+
+    #[test]
+    fn a_fast_teammate_has_the_larger_share_and_a_slow_one_what_lies_around_it() {
+        let terrain = Terrain::from_ascii("...........", 1.0).unwrap();
+        let (own, theirs) =
+            (Sensor::default(), Sensor::new(2, 0.05, crate::sensor::Noise::Gaussian).unwrap());
+        let cells: Vec<Cell> = terrain.grid().cells().collect();
+        let check = |pace: f64, expected: &str| {
+            let mut planned = PlannedPrecision::nothing(&terrain);
+            planned.plans.push(at(cells[8], &theirs, pace));
+            planned.add_shares(&terrain, &own, cells[2]);
+            let look = crate::evidence::precision_units(theirs.variance(0));
+            let shares: Vec<i64> = cells.iter().map(|&cell| planned.precision(cell)).collect();
+            let drawn = shares.iter().map(|&share| if share == look { 'x' } else { '.' });
+            assert_eq!(drawn.collect::<String>(), expected);
+            assert!(shares.iter().all(|&share| share == 0 || share == look));
+        };
+        check(1.0, "......xxxxx");
+        check(3.0, "....xxxxxxx");
+        check(0.25, ".......xxx.");
+    }
+
     #[test]
     fn cells_nearer_to_a_teammate_are_its_share() {
         let terrain = Terrain::from_ascii(".......", 1.0).unwrap();
@@ -225,8 +309,10 @@ mod tests {
         let cells: Vec<Cell> = terrain.grid().cells().collect();
         let check = |robot: usize, waypoints: &[usize], expected: &str| {
             let mut planned_precision = PlannedPrecision::nothing(&terrain);
-            let waypoints: Vec<Cell> = waypoints.iter().map(|&waypoint| cells[waypoint]).collect();
-            planned_precision.add_shares(&terrain, &sensor, cells[robot], &waypoints);
+            for &waypoint in waypoints {
+                planned_precision.plans.push(at(cells[waypoint], &sensor, 1.0));
+            }
+            planned_precision.add_shares(&terrain, &sensor, cells[robot]);
             let observation = crate::evidence::precision_units(sensor.variance(0));
             let shared = cells.iter().map(|&cell| match planned_precision.precision(cell) {
                 0 => '.',
@@ -261,7 +347,8 @@ mod tests {
             let (robot, waypoints): (Cell, Vec<Cell>) =
                 (*robot.get(&cells), waypoints.iter().map(|waypoint| *waypoint.get(&cells)).collect());
             let mut promised = PlannedPrecision::nothing(&terrain);
-            promised.add_shares(&terrain, &sensor, robot, &waypoints);
+            promised.plans.extend(waypoints.iter().map(|&waypoint| at(waypoint, &sensor, 1.0)));
+            promised.add_shares(&terrain, &sensor, robot);
             for &cell in &cells {
                 let distance = |from| grid.offset(from, cell).euclidean();
                 let is_shared = waypoints.iter().any(|&waypoint| distance(waypoint) < distance(robot));

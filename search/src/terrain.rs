@@ -177,6 +177,13 @@ impl Terrain {
         self.ground[cell.index()].searched = true;
     }
 
+    /// The map of a robot that crosses every cell.
+    #[must_use]
+    pub fn from_above(&self) -> Self {
+        let ground = self.ground.iter().map(|ground| Ground { traversable: true, ..*ground });
+        Self { ground: ground.collect(), ..*self }
+    }
+
     /// Searched cells, by index.
     pub fn searched_cells(&self) -> impl Iterator<Item = Cell> + '_ {
         self.grid.cells().filter(|&cell| self.is_searched(cell))

@@ -38,7 +38,7 @@ pub fn watch(
         seed,
         terrain: Arc::new(scenario.terrain().clone()),
         connectivity: scenario.connectivity(),
-        sensor: Arc::new(scenario.sensor().clone()),
+        sensor: Arc::clone(&scenario.robots()[0].class.sensor),
         decisions: taken.try_iter().collect(),
     })
 }

@@ -153,11 +153,11 @@ impl<'a> Mission<'a> {
         participants: LocalParticipants<'a>,
     ) -> Result<Self, FieldError> {
         let site = Arc::new(Site::new(scenario, seed)?);
-        let full_speed = scenario.mission().speed_meters_per_second;
-        let checked = settings(full_speed).check(None)?;
         let mut vehicles = Vec::new();
         for (robot, start) in scenario.robots().iter().zip(site.starts()) {
-            let (terrain, sensor) = (scenario.terrain().clone(), scenario.sensor().clone());
+            let full_speed = robot.class.speed_meters_per_second;
+            let checked = settings(full_speed).check(None)?;
+            let (terrain, sensor) = (scenario.terrain().clone(), (*robot.class.sensor).clone());
             vehicles.push(Vehicle {
                 id: robot.id,
                 body: Body::new(*start, full_speed),

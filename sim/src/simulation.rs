@@ -209,7 +209,6 @@ pub(crate) struct Simulation<C: Participants, S> {
     faults: Faults,
     /// Number of participants that will restart: the search is not over before.
     returns: usize,
-    speed: f64,
     heartbeat: Duration,
     world: World,
     network: Network,
@@ -272,7 +271,6 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             rules,
             faults: Faults::default(),
             returns: 0,
-            speed: mission.speed_meters_per_second,
             heartbeat: mission.heartbeat,
             network: Network::new(scenario.network().clone(), seed),
             codec: Codec::of(scenario),
@@ -536,7 +534,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
 
     /// Schedules a robot's arrival in the next cell of its route.
     fn depart(&mut self, now: MissionTime, robot: RobotId) {
-        if let Some(time) = self.world.travel_time(robot, self.speed) {
+        if let Some(time) = self.world.travel_time(robot) {
             let route_number = self.world.body(robot).route_number;
             let time = time.mul_f64(self.faults.slowness(robot));
             self.queue.plan(now + time, SimEvent::Arrival { robot, route_number });

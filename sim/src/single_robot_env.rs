@@ -166,13 +166,14 @@ impl SingleRobotEnv {
     /// A robot notices that its time is over when it arrives, or with its next heartbeat. Of an arrival and a heartbeat
     /// at the same time the one that was planned first comes first, as in the queue of the simulation.
     fn pass(&mut self, distance_cells: f64) {
-        let mission = self.field.scenario().mission();
+        let scenario = self.field.scenario();
+        let (mission, budget) = (scenario.mission(), scenario.robots()[ROBOT.index()].class.budget);
         let start = self.now;
-        let arrival = start + self.world.time_over(distance_cells, mission.speed_meters_per_second);
+        let arrival = start + self.world.time_over(ROBOT, distance_cells);
         let beat = mission.heartbeat;
         let is_before_heartbeat =
             start + beat < arrival || start + beat == arrival && self.is_before_heartbeat;
-        if let Some(last) = mission.budget.time().map(|time| next_heartbeat(time, beat))
+        if let Some(last) = budget.time().map(|time| next_heartbeat(time, beat))
             && (arrival > last || arrival == last && !is_before_heartbeat)
         {
             self.now = last;
@@ -252,7 +253,7 @@ impl SingleRobotEnv {
 
     fn is_spent(&self) -> bool {
         let elapsed = self.now.since(MissionTime::START);
-        self.field.scenario().mission().budget.is_spent(self.spent_meters, elapsed)
+        self.field.scenario().robots()[ROBOT.index()].class.budget.is_spent(self.spent_meters, elapsed)
     }
 
     /// The data that all searches of the scenario share.

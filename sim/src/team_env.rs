@@ -118,13 +118,12 @@ impl TeamEnv {
     }
 
     /// Every robot that searches makes its move, by number; those of others are ignored. It lasts until the last of
-    /// them has arrived, and at least as long as one cell takes. Returns the team's reward.
+    /// them has arrived, and at least as long as one cell takes the slowest of the team. Returns the team's reward.
     ///
     /// # Errors
     /// Never, since robots of this process cannot fail.
     pub fn step(&mut self, moves: &[Move]) -> Result<f64, ParticipantError> {
         debug_assert_eq!(moves.len(), self.termination_reasons.len());
-        let speed = self.field.scenario().mission().speed_meters_per_second;
         for (place, &wanted) in moves.iter().enumerate() {
             match wanted {
                 _ if self.termination_reasons[place] != TerminationReason::Searching => {}
@@ -132,7 +131,9 @@ impl TeamEnv {
                 Move::Wait => self.waited_cells[place] += 1.0,
             }
         }
-        let until = self.now + self.simulation.world().time_over(1.0, speed);
+        let world = self.simulation.world();
+        let slowest = (0..moves.len()).map(|place| world.time_over(self.robot(place), 1.0)).max();
+        let until = self.now + slowest.unwrap_or_default();
         self.now = self.simulation.run_on(until)?;
         for place in 0..self.tracks.len() {
             let cell = self.cell(place);
@@ -157,18 +158,18 @@ impl TeamEnv {
 
     fn judge(&mut self) {
         let is_all_found = self.score().false_negatives == 0;
-        let mission = self.field.scenario().mission();
         let elapsed = self.now.since(MissionTime::START);
         for place in 0..self.termination_reasons.len() {
             if self.termination_reasons[place] != TerminationReason::Searching {
                 continue;
             }
             let spent_meters = self.spent_meters(place);
+            let budget = self.field.scenario().robots()[place].class.budget;
             self.termination_reasons[place] = if !self.simulation.is_up(self.robot(place)) {
                 TerminationReason::Crashed
             } else if is_all_found {
                 TerminationReason::Found
-            } else if mission.budget.is_spent(spent_meters, elapsed) {
+            } else if budget.is_spent(spent_meters, elapsed) {
                 TerminationReason::Spent
             } else {
                 TerminationReason::Searching

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use dragnet_scenario::{Objects, Scenario, Start};
+use dragnet_scenario::{Class, Objects, Scenario, Start};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{CellEvidence, Reading};
@@ -11,7 +11,6 @@ use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
 use dragnet_search::reach::Reach;
 use dragnet_search::seed::{Purpose, Stream, stream};
-use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -23,7 +22,6 @@ const LONGEST_SECONDS: f64 = 1e10;
 #[derive(Clone)]
 pub struct World {
     terrain: Terrain,
-    sensor: Arc<Sensor>,
     truth: Truth,
     bodies: Vec<Body>,
     /// The belief from all readings of all robots.
@@ -47,6 +45,7 @@ pub struct Body {
     pub route_number: u64,
     /// Path length, in cells; a diagonal counts sqrt 2.
     pub path_cells: f64,
+    class: Arc<Class>,
     noise: Stream,
 }
 
@@ -72,6 +71,7 @@ impl World {
                 route: Vec::new(),
                 route_number: 0,
                 path_cells: 0.0,
+                class: Arc::clone(&robot.class),
                 noise: stream(seed, Purpose::Noise, robot.id.number()),
             })
             .collect();
@@ -81,7 +81,6 @@ impl World {
         let score = Score::of(terrain, &reach, &merged, &truth, detection_threshold);
         Self {
             terrain: terrain.clone(),
-            sensor: Arc::new(scenario.sensor().clone()),
             truth,
             bodies,
             merged,
@@ -157,12 +156,12 @@ impl World {
         body.route_number += 1;
     }
 
-    /// The time that a robot takes to its next cell, at a speed in meters per second; `None` where its route ends.
+    /// The time that a robot takes to its next cell; `None` where its route ends.
     #[must_use]
-    pub fn travel_time(&self, robot: RobotId, speed: f64) -> Option<Duration> {
+    pub fn travel_time(&self, robot: RobotId) -> Option<Duration> {
         let body = self.body(robot);
         let next = *body.route.last()?;
-        Some(self.time_over(self.distance_cells(body.cell, next), speed))
+        Some(self.time_over(robot, self.distance_cells(body.cell, next)))
     }
 
     /// A robot enters the next cell of its route.
@@ -177,9 +176,10 @@ impl World {
         }
     }
 
-    /// The time that a robot takes over a number of cells, at a speed in meters per second.
+    /// The time that a robot takes over a number of cells.
     #[must_use]
-    pub fn time_over(&self, distance_cells: f64, speed: f64) -> Duration {
+    pub fn time_over(&self, robot: RobotId, distance_cells: f64) -> Duration {
+        let speed = self.body(robot).class.speed_meters_per_second;
         let seconds = distance_cells * self.terrain.cell_meters() / speed;
         Duration::from_secs_f64(seconds.min(LONGEST_SECONDS))
     }
@@ -199,14 +199,15 @@ impl World {
     /// A robot observes: a reading of every cell of its footprint. Returns them, and the cells that have become found
     /// in the merged belief.
     pub fn sense(&mut self, robot: RobotId) -> (Vec<Reading>, Vec<Cell>) {
-        let (mut readings, mut found) = (Vec::with_capacity(self.sensor.footprint().len()), Vec::new());
+        let cells = self.body(robot).class.sensor.footprint().len();
+        let (mut readings, mut found) = (Vec::with_capacity(cells), Vec::new());
         self.sense_into(robot, &mut readings, &mut found);
         (readings, found)
     }
 
     /// Like [`World::sense`], appending to the given lists.
     pub fn sense_into(&mut self, robot: RobotId, readings: &mut Vec<Reading>, found: &mut Vec<Cell>) {
-        let sensor = Arc::clone(&self.sensor);
+        let sensor = Arc::clone(&self.body(robot).class.sensor);
         let grid = self.terrain.grid();
         let from = grid.position(self.body(robot).cell);
         for footprint_cell in sensor.footprint() {
@@ -302,9 +303,9 @@ pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
 
 /// Cells that robots can observe, given their start cells.
 pub(crate) fn draw_reach(scenario: &Scenario, seed: u64) -> Reach {
-    let mut reach = Reach::unknown(scenario.terrain().grid(), scenario.sensor().radius());
-    for start in draw_starts(scenario, seed) {
-        reach.add_robot(scenario.terrain(), start);
+    let mut reach = Reach::unknown(scenario.terrain().grid());
+    for (robot, start) in scenario.robots().iter().zip(draw_starts(scenario, seed)) {
+        reach.add_robot(scenario.terrain(), robot.class.sight(), start);
     }
     reach
 }
@@ -364,10 +365,11 @@ mod tests {
                     sensor.radius = 1\nobjects.count = 1\nrobots.start = [0, 0]\nmission.budget_seconds = 60.0\n";
         let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
         let mut world = World::new(&scenario, 1);
-        assert_eq!(world.travel_time(RobotId::FIRST, 2.0), None);
+        assert_eq!(world.travel_time(RobotId::FIRST), None);
         world.set_route(RobotId::FIRST, scenario.terrain().grid().cells().skip(1).collect());
         for (speed, seconds) in [(2.0, 5.0), (5e-324, LONGEST_SECONDS)] {
-            let time = world.travel_time(RobotId::FIRST, speed);
+            Arc::make_mut(&mut world.bodies[0].class).speed_meters_per_second = speed;
+            let time = world.travel_time(RobotId::FIRST);
             assert_eq!(time, Some(Duration::from_secs_f64(seconds)), "{speed}");
         }
     }

@@ -6,7 +6,7 @@ use dragnet_files::read_text_at_most;
 use dragnet_runtime::config::{self, AgentSettings, CoordinatorSettings, SimSettings};
 use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
 use dragnet_scenario::map_file::{GeoPoint, Georeference, MapOrigin};
-use dragnet_scenario::{Drawn, Scenario};
+use dragnet_scenario::{Class, Drawn, Scenario};
 
 use super::settings::Kind;
 use super::{Failure, complain, scenario};
@@ -143,11 +143,32 @@ fn claims(claims: &Claims) -> Vec<String> {
 }
 
 fn robots(scenario: &Scenario) -> String {
-    let sight_meters = f64::from(scenario.sensor().radius()) * scenario.terrain().cell_meters();
     let robots = counted(scenario.robots().len(), "robot");
+    let policies = scenario::policies(scenario);
+    if let Some(class) = scenario.only_class().filter(|class| class.name.is_none()) {
+        return format!("{robots} ({policies}), sight {} m", sight_meters(scenario, class));
+    }
+    let mut classes: Vec<(&Class, Vec<String>)> = Vec::new();
+    for robot in scenario.robots() {
+        match classes.iter_mut().find(|(class, _)| *class == &*robot.class) {
+            Some((_, numbers)) => numbers.push(robot.id.to_string()),
+            None => classes.push((&robot.class, vec![robot.id.to_string()])),
+        }
+    }
+    let class = |(class, numbers): (&Class, Vec<String>)| {
+        let name = class.name.as_deref().unwrap_or("of no class");
+        let flies = if class.flies { ", flies" } else { "" };
+        let (sight, speed) = (sight_meters(scenario, class), class.speed_meters_per_second);
+        format!("{name} (robot {}): sight {sight} m, {speed} m/s{flies}", numbers.join(", "))
+    };
+    let classes: Vec<String> = classes.into_iter().map(class).collect();
+    format!("{robots} ({policies}): {}", classes.join("; "))
+}
+
+fn sight_meters(scenario: &Scenario, class: &Class) -> f64 {
+    let sight_meters = f64::from(class.sensor.radius()) * scenario.terrain().cell_meters();
     // Ten cells of 0.1 m are 1 m.
-    let sight_meters = (sight_meters * 1e6).round() / 1e6;
-    format!("{robots} ({}), sight {sight_meters} m", scenario::policies(scenario))
+    (sight_meters * 1e6).round() / 1e6
 }
 
 fn budget(scenario: &Scenario) -> String {

@@ -97,6 +97,11 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
     }
     for scenario in scenario::load_each(&arguments.scenarios, &[MIXTURE])? {
         let scenario = scenario::with(scenario, "--density", arguments.density, Scenario::with_density)?;
+        if scenario.only_class().is_none_or(|class| class.flies) {
+            let of_one =
+                "demonstrations have one map and one sensor; allowed are robots of one class, on the ground";
+            return Err(Failure::Input(format!("{}: {of_one}", scenario.name())));
+        }
         plan.add_scenario(&scenario, seeds)?;
     }
     Ok(plan)

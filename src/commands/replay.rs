@@ -148,7 +148,7 @@ impl Teller {
         let known = about.objects.clone();
         let objects = known.clone().unwrap_or_else(|| self.declared.iter().copied().collect());
         let terrain = self.view.terrain();
-        let everywhere = Reach::unknown(terrain.grid(), 1);
+        let everywhere = Reach::unknown(terrain.grid());
         let picture = Picture {
             terrain,
             reach: self.view.reach().unwrap_or(&everywhere),

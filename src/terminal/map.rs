@@ -235,6 +235,7 @@ impl Mark {
 #[cfg(test)]
 mod tests {
     use dragnet_search::evidence::Reading;
+    use dragnet_search::reach::Sight;
 
     use super::*;
 
@@ -249,8 +250,8 @@ mod tests {
         }
         let truth = Truth::new(&terrain, vec![south[0], south[2]]);
         let tracks = [Vec::new(), vec![south[5], south[6]]];
-        let mut reach = Reach::unknown(terrain.grid(), 3);
-        reach.add_robot(&terrain, south[0]);
+        let mut reach = Reach::unknown(terrain.grid());
+        reach.add_robot(&terrain, Sight::on_ground(3), south[0]);
         let tracks = &tracks;
         Picture {
             terrain: &terrain,

@@ -106,7 +106,7 @@ fn mutated() -> impl Strategy<Value = Mutated> {
     (any::<u8>(), 0..12_u64, vec((0..400_usize, any::<u8>()), 0..4), 1..5_u8)
 }
 
-fn arrive(scenario: &Scenario, codec: Codec, (kind, sequence, changes, _): &Mutated) -> Option<Message> {
+fn arrive(scenario: &Scenario, codec: &Codec, (kind, sequence, changes, _): &Mutated) -> Option<Message> {
     let message = honest(scenario, *kind, *sequence);
     let mut bytes = convert::encode(&message);
     for &(place, byte) in changes {
@@ -126,7 +126,7 @@ proptest! {
         let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
         let mut mission = Mission::new(CoordinatorConfig::of(&scenario));
         for mutated in &messages {
-            let Some(message) = arrive(&scenario, codec, mutated) else { continue };
+            let Some(message) = arrive(&scenario, &codec, mutated) else { continue };
             let from = Participant::Robot(RobotId::new(mutated.3.into()).unwrap());
             agent.react(NOW, Event::Received { from, message: message.clone() });
             mission.react(NOW, Event::Received { from, message });

@@ -135,7 +135,7 @@ async fn robots(listen: &str, numbers: &[u16]) -> Vec<Link> {
     for &number in numbers {
         let participant = Participant::Robot(RobotId::new(number).unwrap());
         let mut link =
-            Link::join(session.clone(), "field".parse().unwrap(), participant, codec).await.unwrap();
+            Link::join(session.clone(), "field".parse().unwrap(), participant, codec.clone()).await.unwrap();
         link.announce().await.unwrap();
         links.push(link);
     }

@@ -40,7 +40,7 @@ impl Robot {
             open(&Endpoints { connect: vec![world.to_owned()], ..Endpoints::default() }).await.unwrap();
         let codec = Codec::new(scenario.terrain().grid());
         let mut link =
-            Link::join(session, "m".parse().unwrap(), Participant::Robot(ONE), codec).await.unwrap();
+            Link::join(session, "m".parse().unwrap(), Participant::Robot(ONE), codec.clone()).await.unwrap();
         let sights = world::sensor(&link, ONE, codec).await.unwrap();
         link.announce().await.unwrap();
         Self { link, sights, cells: scenario.terrain().grid().cells().collect(), number: 0 }

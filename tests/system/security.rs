@@ -365,7 +365,8 @@ fn in_a_star_the_coordinator_forwards_messages_of_robots() {
             };
             let participant = Participant::Robot(RobotId::new(number).unwrap());
             let session = open(&endpoints).await.unwrap();
-            let mut link = Link::join(session, "field".parse().unwrap(), participant, codec).await.unwrap();
+            let mut link =
+                Link::join(session, "field".parse().unwrap(), participant, codec.clone()).await.unwrap();
             link.announce().await.unwrap();
             links.push(link);
         }

@@ -222,7 +222,8 @@ mod stranger {
         let listen = free_endpoints(1).unwrap();
         let (mission, codec) = ("m".parse().unwrap(), Codec::new(Grid::new(3, 3).unwrap()));
         let endpoints = Endpoints { listen: listen.clone(), ..Endpoints::default() };
-        let mut ear = Link::join(open(&endpoints).await.unwrap(), mission, robot(1), codec).await.unwrap();
+        let mut ear =
+            Link::join(open(&endpoints).await.unwrap(), mission, robot(1), codec.clone()).await.unwrap();
         ear.announce().await.unwrap();
         let endpoints = Endpoints { connect: listen, ..Endpoints::default() };
         let session = open(&endpoints).await.unwrap();

@@ -29,7 +29,6 @@ fn mission() -> Mission {
         limits: limits(),
         prior: Belief::uniform(&terrain, 0.1).unwrap(),
         terrain,
-        sensor_radius: 4,
         detection_threshold: 0.95,
         robots: vec![ONE, TWO],
         heartbeat: SECOND,

@@ -11,10 +11,10 @@ use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, SyncReply};
 use dragnet_proto::state_machine::Event;
 use dragnet_proto::validation::Limits;
-use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::MapOrigin;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
+use dragnet_scenario::{Class, Scenario};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
@@ -57,7 +57,9 @@ fn limits() -> Limits {
                 mission = { budget_seconds = 60.0, speed_meters_per_second = 1e6 }\n";
     let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
     let sensor = Sensor::new(10, 0.005, Noise::Gaussian).unwrap();
-    Limits::new(terrain(), Arc::new(sensor), ROBOTS, scenario.mission())
+    let class = Arc::new(Class { sensor: Arc::new(sensor), ..(*scenario.robots()[0].class).clone() });
+    let team = ROBOTS.map(|robot| (robot, Arc::clone(&class)));
+    Limits::new(terrain(), team, scenario.mission().clock_tolerance)
 }
 
 /// The header of its recording.
@@ -81,7 +83,6 @@ impl Episode {
             limits: limits(),
             terrain: terrain(),
             prior: prior(),
-            sensor_radius: 4,
             detection_threshold: 0.95,
             robots: ROBOTS.to_vec(),
             heartbeat: Duration::from_secs(1),

@@ -63,20 +63,20 @@ pub enum PackedError {
 
 /// A message that can be packed.
 pub(super) trait Packed: Sized {
-    fn write(&self, to: &mut Writer, map: Map);
+    fn write(&self, to: &mut Writer, map: Map<'_>);
     fn read(from: &mut Reader<'_>, grid: Grid) -> Result<Self, PackedError>;
 }
 
 /// What packing uses of a mission; unpacking needs the grid alone.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Map {
+pub(super) struct Map<'a> {
     pub(super) grid: Grid,
-    /// That of the sensor.
-    pub(super) noise_variance: f64,
+    /// Noise variance of each robot's sensor; robots are numbered from 1.
+    pub(super) noise_variances: &'a [f64],
 }
 
 /// The packed bytes of a message.
-pub(super) fn pack<T: Packed>(message: &T, map: Map) -> Vec<u8> {
+pub(super) fn pack<T: Packed>(message: &T, map: Map<'_>) -> Vec<u8> {
     let mut to = Writer::default();
     to.raw([MARK, PACKED_VERSION]);
     message.write(&mut to, map);
@@ -99,7 +99,7 @@ pub(super) fn unpack<T: Packed>(bytes: &[u8], grid: Grid) -> Result<T, PackedErr
 }
 
 impl Packed for wire::Observation {
-    fn write(&self, to: &mut Writer, Map { grid, noise_variance }: Map) {
+    fn write(&self, to: &mut Writer, Map { grid, noise_variances }: Map<'_>) {
         to.number(self.robot);
         to.number(self.incarnation);
         to.number(self.sequence);
@@ -107,9 +107,12 @@ impl Packed for wire::Observation {
         to.number(self.cell);
         let Self { cells, values, variances, .. } = self;
         let columns = Columns { cells: cells.clone(), values: values.clone(), variances: variances.clone() };
+        // An operator's mark has no noise of a sensor, and is written in full.
+        let noise_variance =
+            usize::from(self.robot).checked_sub(1).and_then(|index| noise_variances.get(index));
         // The cell of an observation is on the map: it comes from a domain type.
         if let Some(from) = grid.cell_numbered(self.cell) {
-            readings::write(to, grid, noise_variance, from, &columns);
+            readings::write(to, grid, noise_variance.copied(), from, &columns);
         }
     }
 
@@ -132,7 +135,7 @@ impl Packed for wire::Observation {
 }
 
 impl Packed for wire::Intent {
-    fn write(&self, to: &mut Writer, _: Map) {
+    fn write(&self, to: &mut Writer, _: Map<'_>) {
         to.number(self.robot);
         to.number(self.incarnation);
         to.number(self.decision);
@@ -153,7 +156,7 @@ impl Packed for wire::Intent {
 }
 
 impl Packed for wire::Heartbeat {
-    fn write(&self, to: &mut Writer, map: Map) {
+    fn write(&self, to: &mut Writer, map: Map<'_>) {
         to.number(self.time_ns);
         to.byte(self.activity);
         to.number(self.cell);
@@ -185,7 +188,7 @@ impl Packed for wire::Heartbeat {
 }
 
 impl Packed for wire::Version {
-    fn write(&self, to: &mut Writer, _: Map) {
+    fn write(&self, to: &mut Writer, _: Map<'_>) {
         to.number(self.robot);
         to.number(self.incarnation);
         to.number(self.next);
@@ -198,7 +201,7 @@ impl Packed for wire::Version {
 }
 
 impl Packed for wire::SyncRequest {
-    fn write(&self, to: &mut Writer, _: Map) {
+    fn write(&self, to: &mut Writer, _: Map<'_>) {
         to.byte(self.from_kind);
         to.number(self.from_robot);
         to.number(self.of_robot);
@@ -219,7 +222,7 @@ impl Packed for wire::SyncRequest {
 }
 
 impl Packed for wire::SyncReply {
-    fn write(&self, to: &mut Writer, map: Map) {
+    fn write(&self, to: &mut Writer, map: Map<'_>) {
         write_list(to, map, &self.observations);
     }
 
@@ -231,7 +234,7 @@ impl Packed for wire::SyncReply {
 }
 
 impl Packed for wire::Detection {
-    fn write(&self, to: &mut Writer, _: Map) {
+    fn write(&self, to: &mut Writer, _: Map<'_>) {
         to.number(self.cell);
         to.raw(self.probability.to_le_bytes());
         to.number(self.time_ns);
@@ -245,7 +248,7 @@ impl Packed for wire::Detection {
 }
 
 impl Packed for wire::MissionStatus {
-    fn write(&self, to: &mut Writer, map: Map) {
+    fn write(&self, to: &mut Writer, map: Map<'_>) {
         to.number(self.time_ns);
         write_list(to, map, &self.declared);
         to.raw(self.expected_remaining.to_le_bytes());
@@ -274,7 +277,7 @@ impl Packed for wire::MissionStatus {
 }
 
 impl Packed for wire::Directive {
-    fn write(&self, to: &mut Writer, _: Map) {
+    fn write(&self, to: &mut Writer, _: Map<'_>) {
         to.number(self.number);
         to.byte(self.paused.into());
         readings::write_cells(to, &self.firsts);

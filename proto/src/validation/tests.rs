@@ -12,7 +12,9 @@ fn limits() -> Limits {
                 mission = { budget_seconds = 60.0, max_clock_skew_seconds = 60.0 }\n";
     let scenario = Scenario::from_text(std::path::Path::new("a.toml"), text.to_owned()).unwrap();
     let sensor = Sensor::new(2, 0.005, dragnet_search::sensor::Noise::Gaussian).unwrap();
-    Limits::new(Arc::new(terrain), Arc::new(sensor), [RobotId::FIRST], scenario.mission())
+    let [robot] = scenario.robots() else { panic!("one robot") };
+    let class = Class { sensor: Arc::new(sensor), ..(*robot.class).clone() };
+    Limits::new(Arc::new(terrain), [(RobotId::FIRST, Arc::new(class))], Duration::from_secs(60))
 }
 
 fn cell(row: u32, column: u32) -> Cell {

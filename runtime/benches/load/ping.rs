@@ -38,7 +38,7 @@ pub(crate) async fn run() {
         let session = open(&endpoints).await.unwrap();
         sessions.push(session.clone());
         let robot = agent_config.robot.id;
-        let mut link = join(session, "ping", robot, codec).await;
+        let mut link = join(session, "ping", robot, codec.clone()).await;
         let mut probe = Probe { robot, agent: Agent::new(agent_config), measured: Arc::clone(&measured) };
         let (sender, reports) = mpsc::channel::<Report>(1);
         senders.push(sender);

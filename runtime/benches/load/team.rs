@@ -75,8 +75,8 @@ async fn join(
 ) {
     let (robot, codec) = (agent_config.robot.id, Codec::new(agent_config.terrain.grid()));
     let session = open(endpoints).await.unwrap();
-    let mut link = crate::join(session, MISSION, robot, codec).await;
-    let reports = world::sensor(&link, robot, codec).await.unwrap();
+    let mut link = crate::join(session, MISSION, robot, codec.clone()).await;
+    let reports = world::sensor(&link, robot, codec.clone()).await.unwrap();
     let mut probe = Probe { robot, agent: Agent::new(agent_config), measured: Arc::clone(measured) };
     team.spawn(async move {
         let stop = async move { while stopped.changed().await.is_ok() {} };

@@ -7,7 +7,7 @@ use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::state_machine::{Event, StateMachine};
 use dragnet_proto::validation::SPEED_TOLERANCE;
 use dragnet_ros2::input::Image;
-use dragnet_scenario::Scenario;
+use dragnet_scenario::Class;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::utility::UtilityTable;
 use dragnet_vehicle::camera::CameraSettings;
@@ -133,10 +133,10 @@ pub(super) fn decisions(agent_config: &AgentConfig) -> Finding {
 }
 
 /// Checks that the vehicle is not faster than the team accepts.
-pub(super) fn speed(vehicle: f64, scenario: &Scenario) -> Finding {
-    let mission = scenario.mission().speed_meters_per_second;
-    let found = format!("the vehicle drives {vehicle} m/s, the scenario's robots {mission} m/s");
-    if vehicle <= mission * SPEED_TOLERANCE {
+pub(super) fn speed(vehicle: f64, class: &Class) -> Finding {
+    let accepted = class.speed_meters_per_second;
+    let found = format!("the vehicle drives {vehicle} m/s, the scenario's robot {accepted} m/s");
+    if vehicle <= accepted * SPEED_TOLERANCE {
         return Finding::pass("speed", found);
     }
     let advice =

@@ -7,7 +7,7 @@ use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::record::{Header, MISSION_TIME, Recorder};
 use dragnet_coordinator::recording::Notice;
-use dragnet_scenario::Scenario;
+use dragnet_scenario::{Class, Scenario};
 use dragnet_sim::episode::Episode;
 
 use super::Options;
@@ -72,16 +72,28 @@ fn start_unix_ns(options: &Options) -> i64 {
 
 fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<String, String> {
     let policies: Vec<&str> = scenario.robots().iter().map(|robot| robot.policy.name.as_str()).collect();
-    metadata([
+    let mut facts = metadata([
         ("scenario", scenario.name().to_owned()),
         ("seed", seed.to_string()),
         ("version", options.version.clone()),
         ("robots", policies.len().to_string()),
         ("policies", policies.join(",")),
         ("detection_threshold", scenario.mission().detection_threshold.to_string()),
-        ("sensor_radius", scenario.sensor().radius().to_string()),
-        ("speed_meters_per_second", scenario.mission().speed_meters_per_second.to_string()),
-    ])
+        ("sensor_radius", of_robots(scenario, |class| class.sensor.radius().to_string())),
+        ("speed_meters_per_second", of_robots(scenario, |class| class.speed_meters_per_second.to_string())),
+    ]);
+    if scenario.robots().iter().any(|robot| robot.class.flies) {
+        facts.extend(metadata([("flies", of_robots(scenario, |class| class.flies.to_string()))]));
+    }
+    facts
+}
+
+/// A fact of each robot, separated by commas; once if all are of one class.
+fn of_robots(scenario: &Scenario, fact: impl Fn(&Class) -> String) -> String {
+    match scenario.only_class() {
+        Some(class) => fact(class),
+        None => scenario.robots().iter().map(|robot| fact(&robot.class)).collect::<Vec<_>>().join(","),
+    }
 }
 
 /// Results of a run, for the end of its recording. Times measured by the wall clock are not included.

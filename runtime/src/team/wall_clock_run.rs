@@ -44,7 +44,7 @@ pub(super) async fn run(
     let (stop_node, node_stopped) = watch::channel(());
     let (asked, clock) = (stop::asked(Bond::Output)?, Clock::new(real_time_factor));
     let session = mesh.open_participant(Participant::Coordinator).await?;
-    let link = Link::join(session, mission.clone(), Participant::Coordinator, codec).await?;
+    let link = Link::join(session, mission.clone(), Participant::Coordinator, codec.clone()).await?;
     let node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
         participate(link, node, real_time_factor, commands, node_stopped);
     let mut children = Children::default();
@@ -59,8 +59,8 @@ pub(super) async fn run(
                 children.start(&brief, robot, mesh.participant(participant))?;
             } else {
                 let session = mesh.open_participant(participant).await?;
-                let link = Link::join(session, mission.clone(), participant, codec).await?;
-                let reports = world::sensor(&link, robot, codec).await?;
+                let link = Link::join(session, mission.clone(), participant, codec.clone()).await?;
+                let reports = world::sensor(&link, robot, codec.clone()).await?;
                 robots.push(participate(
                     link,
                     Agent::new(agent_config),

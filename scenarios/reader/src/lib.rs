@@ -18,6 +18,7 @@ pub mod time;
 pub mod toml_text;
 
 pub use scenario::{
-    Budget, Drawn, Invalid, Mission, Network, Objects, Partition, Policy, PolicyTextError, Reason, Recording,
-    Robot, Scenario, ScenarioError, Source, Start, Warning, file, policies, schema_json, schema_of,
+    Budget, Class, Drawn, Invalid, Mission, Network, Objects, Partition, Policy, PolicyTextError, Reason,
+    Recording, Robot, Scenario, ScenarioError, Source, Start, Warning, file, policies, schema_json,
+    schema_of,
 };

@@ -4,6 +4,7 @@
 //! explains every key.
 
 mod check;
+mod class;
 mod drawn;
 mod error;
 pub mod file;
@@ -36,6 +37,7 @@ use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
 use crate::{shipped, toml_text};
 
 pub use check::Invalid;
+pub use class::Class;
 pub use drawn::Drawn;
 pub use error::ScenarioError;
 pub use mission::{Budget, Mission};
@@ -46,6 +48,7 @@ pub use robots::{Policy, Robot, Start};
 pub use schema::{schema_json, schema_of};
 pub use warning::{Reason, Warning};
 
+use class::Classes;
 use error::Fault;
 use file::{PolicyField, PolicyTable, RecordingTable, ScenarioFile};
 use prior::Prior;
@@ -58,7 +61,8 @@ pub struct Scenario {
     file: ScenarioFile,
     map: Arc<MapFile>,
     connectivity: Connectivity,
-    sensor: Sensor,
+    /// What robots of no named class can do.
+    unnamed: Arc<Class>,
     prior: Arc<Prior>,
     objects: Objects,
     object_weights: Option<Vec<f64>>,
@@ -165,7 +169,7 @@ impl Scenario {
     }
 
     fn new(source: Source, file: ScenarioFile, map: Arc<MapFile>) -> Result<Self, Fault> {
-        check_name(&file.name)?;
+        check_name("name", &file.name)?;
         let terrain = &map.terrain;
         let objects = Objects::new(&file.objects, terrain)?;
         let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
@@ -177,17 +181,20 @@ impl Scenario {
             None
         };
         let recording = recording(&file.recording)?;
+        let classes = Classes::new(&file, terrain.grid(), &mission)?;
         for (key, period) in
             [("mission.heartbeat_seconds", mission.heartbeat), (BELIEF_PERIOD, recording.belief_period)]
         {
-            mission::check_period(key, period, terrain.cell_meters(), &mission)?;
+            for class in classes.all() {
+                mission::check_period(key, period, terrain.cell_meters(), class)?;
+            }
         }
-        let robots = robots::robots(&file.robots, source.folder(), &map)?;
+        let robots = robots::robots(&file.robots, &classes, source.folder(), &map)?;
         let network = Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?;
         mission.stagger = mission.stagger.max(network.plan_time());
         Ok(Self {
             connectivity: world::connectivity(file.map.connectivity)?,
-            sensor: world::sensor(&file.sensor, terrain.grid())?,
+            unnamed: classes.unnamed,
             prior: Arc::new(prior),
             objects,
             object_weights,
@@ -277,6 +284,9 @@ impl Scenario {
         self.changed(|file| {
             file.mission.budget_meters = Some(f64::from(cells) * file.map.cell_meters);
             file.mission.budget_seconds = None;
+            for class in file.classes.values_mut() {
+                (class.budget_meters, class.budget_seconds) = (None, None);
+            }
         })
     }
 
@@ -335,10 +345,24 @@ impl Scenario {
         self.connectivity
     }
 
-    /// The robots' sensor.
+    /// The sensor of robots of no named class. What a robot has is its class's.
     #[must_use]
-    pub const fn sensor(&self) -> &Sensor {
-        &self.sensor
+    pub fn sensor(&self) -> &Sensor {
+        &self.unnamed.sensor
+    }
+
+    /// The sensor of the team that sees the most cells.
+    #[must_use]
+    pub fn widest_sensor(&self) -> &Sensor {
+        let sensors = self.robots.iter().map(|robot| &*robot.class.sensor);
+        sensors.max_by_key(|sensor| sensor.radius()).unwrap_or(&self.unnamed.sensor)
+    }
+
+    /// The one class that all robots are of, if they are.
+    #[must_use]
+    pub fn only_class(&self) -> Option<&Class> {
+        let class = &self.robots.first()?.class;
+        self.robots.iter().all(|robot| robot.class == *class).then_some(&**class)
     }
 
     /// The belief before the first observation.
@@ -396,12 +420,10 @@ impl Scenario {
     }
 
     /// Path length that each robot may drive, cells: the budget of path length, or else the length that it can drive in
-    /// the budget of time.
+    /// the budget of time. Of unlike robots the longest.
     #[must_use]
     pub fn budget_cells(&self) -> f64 {
-        let seconds = self.mission.budget.time().map_or(0.0, |time| time.as_secs_f64());
-        let in_time = seconds * self.mission.speed_meters_per_second;
-        let meters = self.mission.budget.meters().unwrap_or(in_time);
+        let meters = self.robots.iter().map(|robot| robot.class.budget_meters()).fold(0.0, f64::max);
         // Cells that were converted to meters become the same whole number again.
         (meters / self.terrain().cell_meters() * 1e6).round() / 1e6
     }
@@ -448,13 +470,13 @@ fn check_length(path: &Path, bytes: usize) -> Result<(), ScenarioError> {
     Err(ScenarioError::Value { place: path.display().to_string(), invalid })
 }
 
-fn check_name(name: &str) -> Result<(), Invalid> {
+fn check_name(key: &str, name: &str) -> Result<(), Invalid> {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-';
     if (1..=64).contains(&name.len()) && name.bytes().all(is_plain) {
         Ok(())
     } else {
         let allowed = "1 to 64 letters, digits, '_' and '-'";
-        Err(Invalid::new("name", format!("{name:?}"), allowed))
+        Err(Invalid::new(key, format!("{name:?}"), allowed))
     }
 }
 

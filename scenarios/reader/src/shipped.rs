@@ -25,6 +25,7 @@ const FILES: &[(&str, &[u8])] = files![
     "warehouse.toml",
     "jersey.toml",
     "missing_person.toml",
+    "drone_and_rovers.toml",
     "field.toml",
     "paper/ice_cream_cone.toml",
     "paper/ice_cream_cone_60.toml",
@@ -46,6 +47,7 @@ const MAPS: &[(&str, &[&str])] = &[
     ("warehouse", &["maps/warehouse.yaml", "maps/warehouse.pgm"]),
     ("jersey", &["maps/jersey.geojson"]),
     ("missing_person", &["maps/missing_person.kml"]),
+    ("drone_and_rovers", &["maps/missing_person.kml"]),
 ];
 
 /// A shipped scenario.

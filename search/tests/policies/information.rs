@@ -1,7 +1,10 @@
 //! The information policies against their definition: every candidate's path is traversed and summed separately.
 
+use std::sync::Arc;
+
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::UNITS;
+use dragnet_search::intent::TeammatePlan;
 use dragnet_search::policy::{Decision, Parameters, PathIntegralReference, Policy, PolicyName, build};
 use dragnet_search::seed::{Purpose, stream};
 use dragnet_search::utility::UtilityTable;
@@ -88,7 +91,13 @@ fn path_chooses_the_same_where_nobody_looks_at_the_scores() {
         let mut case = Case::of_side(seed, 30..50);
         let waypoints: Vec<Cell> = case.terrain.grid().cells().skip(number % 7).step_by(29).collect();
         let teammates = [0, 4, waypoints.len()][number % 3];
-        case.planned_precision.add_shares(&case.terrain, &case.sensor, case.robot, &waypoints[..teammates]);
+        let sensor = Arc::new(case.sensor.clone());
+        for &waypoint in &waypoints[..teammates] {
+            let (path, sensor) = (vec![waypoint].into(), Arc::clone(&sensor));
+            let plan = TeammatePlan { member: None, cell: None, path, driven_cells: 0.0, sensor, pace: 1.0 };
+            case.planned_precision.add_plan(&case.terrain, plan);
+        }
+        case.planned_precision.add_shares(&case.terrain, &case.sensor, case.robot);
         let decision = case.decide(PolicyName::Path, seed);
         let mut policy = build(PolicyName::Path, Parameters::default());
         let chosen = policy.choose(&case.situation(), &mut stream(seed, Purpose::Decision, 1));

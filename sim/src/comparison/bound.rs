@@ -78,6 +78,9 @@ pub enum NoBound {
     /// The derivation takes them for alike.
     #[error("objects placed by a prior that differs by cell: a bound needs objects.placement = \"uniform\"")]
     UnlikeCells,
+    /// The derivation takes them for alike.
+    #[error("robots that differ in class, or fly: a bound needs robots of one class on the ground")]
+    UnlikeRobots,
     /// The computation would take long.
     #[error("more than {} cells: allowed for a bound are no more", Board::MAX_POSITIONS)]
     TooLarge,
@@ -127,6 +130,7 @@ enum Law {
 /// # Errors
 /// If there is none.
 pub fn check(scenario: &Scenario) -> Result<(), NoBound> {
+    check_robots(scenario)?;
     Law::of(scenario)?;
     Board::new(scenario, false).map(|_| ()).ok_or(NoBound::TooLarge)
 }
@@ -137,6 +141,7 @@ pub fn check(scenario: &Scenario) -> Result<(), NoBound> {
 /// # Errors
 /// If there is none for the scenario.
 pub fn least_cells_to_full_recall(scenario: &Scenario) -> Result<f64, NoBound> {
+    check_robots(scenario)?;
     let law = Law::of(scenario)?;
     let glance = glance_units(scenario, law);
     let board = Board::new(scenario, glance < UNIT).ok_or(NoBound::TooLarge)?;
@@ -159,6 +164,11 @@ pub fn least_cells_to_full_recall(scenario: &Scenario) -> Result<f64, NoBound> {
         share * not_found / (least.len() as f64)
     });
     Ok(lengths.sum::<f64>() / units)
+}
+
+/// Robots of several classes, and those that fly, would need a board of their own.
+fn check_robots(scenario: &Scenario) -> Result<(), NoBound> {
+    scenario.only_class().filter(|class| !class.flies).map(|_| ()).ok_or(NoBound::UnlikeRobots)
 }
 
 impl Law {
@@ -207,7 +217,7 @@ impl Law {
 
 /// What a glance earns of a price, [`UNIT`]s, rounded up.
 fn glance_units(scenario: &Scenario, law: Law) -> i32 {
-    let sensor = scenario.sensor();
+    let sensor = scenario.widest_sensor();
     let Law::Independent(density) = law else { return UNIT };
     if sensor.noise() != Noise::Gaussian || scenario.connectivity() != Connectivity::Four {
         return UNIT;

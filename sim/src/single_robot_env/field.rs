@@ -65,7 +65,7 @@ impl Field {
                 distance_shares[cell.index() * count..][..count].copy_from_slice(&shares(&scenario, cell));
             }
         }
-        let precisions = scenario.sensor().footprint().iter().map(|it| it.precision as f64);
+        let precisions = scenario.widest_sensor().footprint().iter().map(|it| it.precision as f64);
         let least_precision = precisions.fold(f64::INFINITY, f64::min);
         Self { scenario, neighbors, area, distance_shares, least_precision }
     }

@@ -49,7 +49,8 @@ impl<'a> Checks<'a> {
     pub(super) fn new(scenario: &'a Scenario, faults: &Faults) -> Self {
         let (terrain, mission) = (scenario.terrain(), scenario.mission());
         let slowest = faults.slowness.values().copied().fold(1.0, f64::max);
-        let step = std::f64::consts::SQRT_2 * terrain.cell_meters() / mission.speed_meters_per_second;
+        let speeds = scenario.robots().iter().map(|robot| robot.class.speed_meters_per_second);
+        let step = std::f64::consts::SQRT_2 * terrain.cell_meters() / speeds.fold(f64::INFINITY, f64::min);
         let team = u32::try_from(scenario.robots().len()).unwrap_or(u32::MAX);
         Self {
             scenario,
@@ -209,7 +210,11 @@ impl<'a> Checks<'a> {
 
     /// Checks the state at the end of the search.
     pub(super) fn end(&self, ended: MissionTime) -> Result<(), Violation> {
-        let Some(budget) = self.scenario.mission().budget.time() else { return Ok(()) };
+        let budgets = self.scenario.robots().iter().map(|robot| robot.class.budget.time());
+        let Some(budget) = budgets.collect::<Option<Vec<_>>>().and_then(|budgets| budgets.into_iter().max())
+        else {
+            return Ok(());
+        };
         // A robot that returns late rests at once.
         let most = MissionTime::START + budget + self.patience + Duration::from_secs(200);
         if ended > most {

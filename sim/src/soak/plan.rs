@@ -31,7 +31,8 @@ const BUDGET: std::ops::RangeInclusive<u64> = 300..=900;
 pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
     let mut random = stream(seed, Purpose::Soak, 0);
     let (robots, budget) = (random.random_range(ROBOTS), random.random_range(BUDGET));
-    let text = scenario(&mut random, robots, budget);
+    let mut text = scenario(&mut random, robots, budget);
+    text.push_str(&unlike_robot(seed, robots));
     let scenario = Scenario::from_text(Path::new(&format!("soak-{seed}.toml")), text)?;
     let mut draw = Draw { random: &mut random, robots, budget: Duration::from_secs(budget) };
     let mut faults = draw.faults();
@@ -50,7 +51,9 @@ fn scenario(random: &mut Stream, robots: u16, budget: u64) -> String {
          map = {{ shape = '{shape}', rows = {rows}, columns = {columns}, seed = {} }}\n\
          sensor.radius = {}\n\
          objects.density = {:?}\n\
-         robots = {{ count = {robots}, policy = '{policy}', start = '{start}' }}\n\
+         robots.count = {robots}\n\
+         robots.policy = '{policy}'\n\
+         robots.start = '{start}'\n\
          mission = {{ budget_seconds = {budget}.0, heartbeat_seconds = {heartbeat}.0, liveness_timeout_seconds = {}.0 }}\n\
          [network]\n",
         random.random_range(0..1000_u32),
@@ -79,6 +82,24 @@ fn scenario(random: &mut Stream, robots: u16, budget: u64) -> String {
         );
     }
     text
+}
+
+/// In every second search one robot is of another class.
+fn unlike_robot(seed: u64, robots: u16) -> String {
+    let mut random = stream(seed, Purpose::Soak, 1);
+    if random.random() {
+        return String::new();
+    }
+    format!(
+        "[[robots.robot]]\nnumber = {}\nclass = 'drone'\n\
+         [classes.drone]\nspeed_meters_per_second = {:?}\nflies = {}\n\
+         sensor = {{ radius = {}, noise_variance = {:?} }}\n",
+        random.random_range(1..=robots),
+        random.random_range(0.5..8.0),
+        random.random::<bool>(),
+        random.random_range(1..=4_u32),
+        random.random_range(0.002..0.1),
+    )
 }
 
 /// An interval of a mission, seconds.
@@ -189,15 +210,18 @@ mod tests {
 
     #[test]
     fn every_seed_is_a_search_with_faults_of_its_own() {
-        let (mut crashes, mut mute, mut commands) = (0, 0, 0);
+        let (mut crashes, mut mute, mut commands, mut unlike, mut flying) = (0, 0, 0, 0, 0);
         for seed in 0..200 {
             let (scenario, faults) = plan(seed).unwrap();
             assert!((2..=5).contains(&scenario.robots().len()));
             crashes += faults.crashes.len();
             mute += faults.mute.len();
             commands += faults.commands.len();
+            unlike += usize::from(scenario.only_class().is_none());
+            flying += usize::from(scenario.robots().iter().any(|robot| robot.class.flies));
             assert_eq!(plan(seed).unwrap().1, faults);
         }
         assert!(crashes > 200 && mute > 50 && commands > 300, "{crashes} {mute} {commands}");
+        assert!(unlike > 80 && flying > 30, "{unlike} {flying}");
     }
 }

@@ -16,26 +16,32 @@ const MODEL: u8 = 2;
 /// Values that are whole numbers of steps.
 const STEPS: u8 = 4;
 
-/// Writes the readings of an observation from a cell.
-pub(super) fn write(to: &mut Writer, grid: Grid, noise_variance: f64, from: Cell, readings: &Columns) {
+/// Writes the readings of an observation from a cell, by a sensor of this noise variance if one is known.
+pub(super) fn write(
+    to: &mut Writer,
+    grid: Grid,
+    noise_variance: Option<f64>,
+    from: Cell,
+    readings: &Columns,
+) {
     let Columns { cells, values, variances } = readings;
     let radius = radius(grid, from, cells);
-    let model = expected_variances(grid, noise_variance, from, cells);
-    let is_model = model.is_some_and(|model| is_same(&model, variances));
+    let is_model = |noise_variance: &f64| {
+        let model = expected_variances(grid, *noise_variance, from, cells);
+        model.is_some_and(|model| is_same(&model, variances))
+    };
+    let model = noise_variance.filter(is_model);
     let steps: Option<Vec<i64>> =
         values.iter().zip(variances).map(|(&value, &it)| steps(value, it)).collect();
-    let flags = [(radius.is_some(), FOOTPRINT), (is_model, MODEL), (steps.is_some(), STEPS)];
+    let flags = [(radius.is_some(), FOOTPRINT), (model.is_some(), MODEL), (steps.is_some(), STEPS)];
     to.byte(flags.into_iter().filter_map(|(is_set, flag)| is_set.then_some(flag)).sum());
     match radius {
         Some(radius) => to.number(radius),
         None => write_cells(to, cells),
     }
-    if is_model {
-        to.raw(noise_variance.to_le_bytes());
-    } else {
-        for variance in variances {
-            to.raw(variance.to_le_bytes());
-        }
+    match model {
+        Some(noise_variance) => to.raw(noise_variance.to_le_bytes()),
+        None => variances.iter().for_each(|variance| to.raw(variance.to_le_bytes())),
     }
     match steps {
         Some(steps) => steps.into_iter().for_each(|step| to.signed(step)),

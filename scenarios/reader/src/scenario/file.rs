@@ -1,6 +1,7 @@
 //! The scenario file as it is written: names and defaults, unchecked. The comments of this file are the descriptions in
 //! `scenarios/scenario.schema.json`.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use dragnet_learn::policy::PolicyName;
@@ -35,6 +36,9 @@ pub struct ScenarioFile {
     /// The robots.
     #[serde(default)]
     pub robots: RobotsTable,
+    /// Classes of robots by name (1 to 64 letters, digits, `_` and `-`): what unlike robots of a team can do.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub classes: BTreeMap<String, ClassTable>,
     /// Budget, detection threshold and communication.
     pub mission: MissionTable,
     /// Faults of the simulated network (simulation only).
@@ -113,6 +117,50 @@ pub struct SensorTable {
     pub noise: String,
 }
 
+/// A class of robots. What it does not give is as for all other robots.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ClassTable {
+    /// Their sensor.
+    #[serde(skip_serializing_if = "ClassSensorTable::is_default")]
+    pub sensor: ClassSensorTable,
+    /// Their speed, meters per second, from 0.001.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.001))]
+    pub speed_meters_per_second: Option<f64>,
+    /// As `mission.budget_meters`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub budget_meters: Option<f64>,
+    /// As `mission.budget_seconds`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub budget_seconds: Option<f64>,
+    /// Whether they cross every cell of the map, as drones do.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub flies: bool,
+}
+
+/// The sensor of a class.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ClassSensorTable {
+    /// As `sensor.radius`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 100))]
+    pub radius: Option<i64>,
+    /// As `sensor.noise_variance`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub noise_variance: Option<f64>,
+}
+
+impl ClassSensorTable {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// The belief before the first observation. Without a key it follows from the regions of the map, or else from the
 /// objects' expected density.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -160,6 +208,9 @@ pub struct RobotsTable {
     pub count: i64,
     /// The policy of the robots.
     pub policy: PolicyField,
+    /// The class of the robots, a name of `classes`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub class: Option<String>,
     /// Start cells of the robots. Default: where the map has features of kind `start`, robot k in the cell nearest to
     /// the kth of them, and so on in turn; else `random`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -179,6 +230,9 @@ pub struct RobotTable {
     /// Its policy, if it differs from the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub policy: Option<PolicyField>,
+    /// Its class, if it differs from the rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub class: Option<String>,
     /// Its start cell, if it differs from the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartField>,
@@ -415,6 +469,7 @@ impl Default for RobotsTable {
         Self {
             count: 1,
             policy: PolicyField::Name(Exact::Path.as_str().to_owned()),
+            class: None,
             start: None,
             robot: Vec::new(),
         }

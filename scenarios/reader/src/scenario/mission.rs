@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::check::{self, Invalid};
+use super::class::Class;
 use super::file::MissionTable;
 
 /// The maximum of a budget, meters, and of a speed, meters per second.
@@ -87,6 +88,16 @@ impl Mission {
         Duration::from_secs_f64(seconds.min(LONGEST_STEP_SECONDS))
     }
 
+    /// The mission of the robots of a class: with their speed and budget.
+    #[must_use]
+    pub fn of(&self, class: &Class) -> Self {
+        Self { speed_meters_per_second: class.speed_meters_per_second, budget: class.budget, ..self.clone() }
+    }
+
+    pub(super) fn check_speed(key: &str, speed: f64) -> Result<f64, Invalid> {
+        check::within(key, speed, MIN_SPEED, MAX_METERS)
+    }
+
     pub(super) fn new(table: &MissionTable) -> Result<Self, Invalid> {
         let heartbeat = check::period("mission.heartbeat_seconds", table.heartbeat_seconds)?;
         let lost_after =
@@ -99,7 +110,6 @@ impl Mission {
                 allowed,
             ));
         }
-        let speed = "mission.speed_meters_per_second";
         let stop_key = "mission.stop_when_expected_remaining";
         let stop_at = check::at_least_zero(stop_key, table.stop_when_expected_remaining, 1e6)?;
         Ok(Self {
@@ -110,11 +120,9 @@ impl Mission {
                 1.0,
             )?,
             budget: Budget::new(table)?,
-            speed_meters_per_second: check::within(
-                speed,
+            speed_meters_per_second: Self::check_speed(
+                "mission.speed_meters_per_second",
                 table.speed_meters_per_second,
-                MIN_SPEED,
-                MAX_METERS,
             )?,
             stop_when_expected_remaining: (stop_at > 0.0).then_some(stop_at),
             heartbeat,
@@ -131,23 +139,31 @@ pub(super) fn check_period(
     key: &str,
     period: Duration,
     cell_meters: f64,
-    mission: &Mission,
+    class: &Class,
 ) -> Result<(), Invalid> {
-    let cell_seconds = cell_meters / mission.speed_meters_per_second;
+    let cell_seconds = cell_meters / class.speed_meters_per_second;
     let least = cell_seconds / MAX_PERIODS_A_CELL;
     if period.as_secs_f64() >= least {
         return Ok(());
     }
     let allowed = format!(
         "at least {}, of which {MAX_PERIODS_A_CELL} pass while a robot crosses a cell (map.cell_meters / \
-         mission.speed_meters_per_second, {} seconds)",
+         {}, {} seconds)",
         check::written(least),
+        class.speed_key(),
         check::written(cell_seconds)
     );
     Err(Invalid::new(key, period.as_secs_f64(), allowed))
 }
 
 impl Budget {
+    /// The same but for what a class's table gives.
+    pub(super) fn with(self, key: &str, meters: Option<f64>, seconds: Option<f64>) -> Result<Self, Invalid> {
+        let meters = meters.map(|it| check::positive(format!("{key}.budget_meters"), it, MAX_METERS));
+        let time = seconds.map(|it| check::positive_seconds(format!("{key}.budget_seconds"), it));
+        Ok(Self { meters: meters.transpose()?.or(self.meters), time: time.transpose()?.or(self.time) })
+    }
+
     fn new(table: &MissionTable) -> Result<Self, Invalid> {
         let meters = table
             .budget_meters

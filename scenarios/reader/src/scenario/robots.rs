@@ -13,6 +13,7 @@ use dragnet_search::policy::{AfterPattern, Parameters, Pattern, PolicyName as Ex
 use dragnet_search::utility::Utility;
 
 use super::check::{self, Invalid};
+use super::class::{Class, Classes};
 use super::error::Fault;
 use super::file::{PolicyField, PolicyTable, RobotsTable};
 use super::start;
@@ -30,6 +31,8 @@ pub struct Robot {
     pub policy: Policy,
     /// Its start cell.
     pub start: Start,
+    /// What it can do.
+    pub class: Arc<Class>,
 }
 
 /// A policy and its parameters.
@@ -65,12 +68,26 @@ pub enum Start {
 }
 
 /// The team, by number.
-pub(super) fn robots(table: &RobotsTable, folder: &Path, map: &MapFile) -> Result<Vec<Robot>, Fault> {
+pub(super) fn robots(
+    table: &RobotsTable,
+    classes: &Classes,
+    folder: &Path,
+    map: &MapFile,
+) -> Result<Vec<Robot>, Fault> {
     let count = check::integer("robots.count", table.count, 1, MAX_ROBOTS)?;
     let of_all = policy("robots.policy", &table.policy, folder)?;
-    let start = start::of_team(table, map)?;
+    let class = match &table.class {
+        Some(name) => classes.named("robots.class", name)?,
+        None => Arc::clone(&classes.unnamed),
+    };
+    let start = start::of_team(table, &class, map)?;
     let team = RobotId::first(u16::try_from(count).unwrap_or(u16::MAX));
-    let robot = |id: RobotId| Robot { id, policy: of_all.clone(), start: start(id.index()) };
+    let robot = |id: RobotId| Robot {
+        id,
+        policy: of_all.clone(),
+        start: start(id.index()),
+        class: Arc::clone(&class),
+    };
     let mut robots: Vec<Robot> = team.map(robot).collect();
     let mut is_named = vec![false; robots.len()];
     for (index, differing) in table.robot.iter().enumerate() {
@@ -83,8 +100,12 @@ pub(super) fn robots(table: &RobotsTable, folder: &Path, map: &MapFile) -> Resul
         if let Some(field) = &differing.policy {
             robots[place].policy = policy(&format!("{key}.policy"), field, folder)?;
         }
+        if let Some(name) = &differing.class {
+            robots[place].class = classes.named(&format!("{key}.class"), name)?;
+        }
         if let Some(field) = &differing.start {
-            robots[place].start = start::of_field(&format!("{key}.start"), field, map)?;
+            let key = format!("{key}.start");
+            robots[place].start = start::of_field(&key, field, &robots[place].class, map)?;
         }
     }
     Ok(robots)

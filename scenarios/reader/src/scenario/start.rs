@@ -4,6 +4,7 @@ use dragnet_search::cell::{Cell, Position};
 use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
+use super::class::Class;
 use super::file::{GeoPointTable, RobotsTable, StartField};
 use super::robots::Start;
 use super::warning::Warning;
@@ -13,9 +14,13 @@ use crate::map_file::{GeoPoint, Georeference, MapFile};
 const ALLOWED: &str = "\"random\", \"scattered\", a cell as [row, column], or a point as { latitude_degrees, longitude_degrees }";
 
 /// The start of each robot of a team by number, from 0, as far as it has none of its own.
-pub(super) fn of_team(table: &RobotsTable, map: &MapFile) -> Result<impl Fn(usize) -> Start, Invalid> {
+pub(super) fn of_team(
+    table: &RobotsTable,
+    class: &Class,
+    map: &MapFile,
+) -> Result<impl Fn(usize) -> Start + use<>, Invalid> {
     let starts = match &table.start {
-        Some(field) => vec![of_field("robots.start", field, map)?],
+        Some(field) => vec![of_field("robots.start", field, class, map)?],
         None => drawn(map)
             .into_iter()
             .filter_map(|(_, point)| Some(Start::Cell(nearest(map, point)?.0)))
@@ -24,8 +29,13 @@ pub(super) fn of_team(table: &RobotsTable, map: &MapFile) -> Result<impl Fn(usiz
     Ok(move |robot: usize| starts.get(robot % starts.len().max(1)).copied().unwrap_or(Start::Together))
 }
 
-/// The start that a field gives.
-pub(super) fn of_field(key: &str, field: &StartField, map: &MapFile) -> Result<Start, Invalid> {
+/// The start that a field gives to robots of a class.
+pub(super) fn of_field(
+    key: &str,
+    field: &StartField,
+    class: &Class,
+    map: &MapFile,
+) -> Result<Start, Invalid> {
     let terrain = &map.terrain;
     match field {
         StartField::Word(word) if word == "random" => Ok(Start::Together),
@@ -33,7 +43,7 @@ pub(super) fn of_field(key: &str, field: &StartField, map: &MapFile) -> Result<S
         StartField::Word(word) => Err(Invalid::new(key, format!("{word:?}"), ALLOWED)),
         &StartField::Cell(position) => {
             let cell = check::cell(key, position, terrain.grid())?;
-            if terrain.is_traversable(cell) {
+            if class.flies || terrain.is_traversable(cell) {
                 Ok(Start::Cell(cell))
             } else {
                 let found = format!("{position:?}, not traversable");

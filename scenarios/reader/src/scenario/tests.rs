@@ -80,9 +80,62 @@ fn missing_keys_have_their_defaults() {
     assert_eq!((mission.heartbeat.as_secs(), mission.lost_after.as_secs()), (10, 30));
     assert_eq!(mission.stagger, Duration::from_millis(100));
     assert_eq!(scenario.network(), &Network::default());
-    let expected = Robot { id: RobotId::FIRST, policy: plain(Exact::Path), start: Start::Together };
-    assert_eq!(scenario.robots(), [expected]);
+    let [robot] = scenario.robots() else { panic!("{:?}", scenario.robots()) };
+    assert_eq!(
+        (robot.id, &robot.policy, robot.start),
+        (RobotId::FIRST, &plain(Exact::Path), Start::Together)
+    );
+    assert_eq!(scenario.only_class(), Some(&*robot.class));
+    assert_eq!((&*robot.class.sensor, robot.class.flies), (scenario.sensor(), false));
     assert_eq!(scenario.recording(), &Recording { file: None, belief_period: Duration::from_secs(10) });
+}
+
+#[test]
+fn robots_of_a_class_differ_in_what_it_gives() {
+    let scenario = small(|text| {
+        format!(
+            "{text}[robots]\ncount = 3\nclass = 'rover'\n[[robots.robot]]\nnumber = 2\nclass = 'drone'\n\
+             [classes.drone]\nspeed_meters_per_second = 6.0\nbudget_seconds = 900.0\nflies = true\n\
+             sensor = {{ radius = 3, noise_variance = 0.02 }}\n[classes.rover.sensor]\nradius = 1\n"
+        )
+    });
+    let [rover, drone, other] = scenario.robots() else { panic!("{:?}", scenario.robots()) };
+    assert_eq!((rover.class.name.as_deref(), drone.class.name.as_deref()), (Some("rover"), Some("drone")));
+    assert_eq!((&rover.class, scenario.only_class()), (&other.class, None));
+    let of = |robot: &Robot| {
+        let Class { sensor, speed_meters_per_second, budget, flies, .. } = &*robot.class;
+        let budget = (budget.meters(), budget.time().map(|time| time.as_secs()));
+        (sensor.radius(), sensor.noise_variance(), *speed_meters_per_second, budget, *flies)
+    };
+    assert_eq!(of(rover), (1, scenario.sensor().noise_variance(), 2.0, (Some(300.0), None), false));
+    assert_eq!(of(drone), (3, 0.02, 6.0, (Some(300.0), Some(900)), true));
+    let all = scenario.with_budget_cells(20).unwrap();
+    assert_eq!(of(&all.robots()[1]).3, (Some(600.0), None), "a budget of all robots replaces every other");
+    let text = toml::to_string(scenario.file()).unwrap();
+    assert_eq!(load(&text).unwrap().robots(), scenario.robots());
+}
+
+#[test]
+fn classes_that_make_no_sense_are_refused() {
+    let check = |text: &str, parts: &[&str]| {
+        let error = load(&format!("{SMALL}{text}")).unwrap_err();
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    };
+    check("[robots]\nclass = 'drone'", &["robots.class is \"drone\"", "has none", "[classes.NAME]"]);
+    check(
+        "[robots]\ncount = 2\nrobot = [{ number = 1, class = 'boat' }]\n[classes.drone]\n[classes.rover]\n",
+        &["robots.robot[0].class is \"boat\"", "drone, rover"],
+    );
+    check("[classes.'a b']\n", &["the name of classes.a b", "letters, digits"]);
+    check("[classes.a]\nsensor.radius = 0\n", &["classes.a.sensor.radius is 0"]);
+    check("[classes.a]\nsensor.noise_variance = -1\n", &["classes.a.sensor.noise_variance is -1"]);
+    check("[classes.a]\nspeed_meters_per_second = nan\n", &["classes.a.speed_meters_per_second is NaN"]);
+    check("[classes.a]\nbudget_seconds = 0\n", &["classes.a.budget_seconds is 0"]);
+    check("[classes.a]\nradius = 3\n", &["radius", "unknown"]);
+    check(
+        "[classes.a]\nspeed_meters_per_second = 0.001\n",
+        &["mission.heartbeat_seconds", "classes.a.speed_meters_per_second"],
+    );
 }
 
 #[test]

@@ -1,13 +1,12 @@
 //! Likely mistakes in scenarios that can still be run.
 
-use std::collections::VecDeque;
+use std::collections::BTreeMap;
 use std::fmt;
 
-use dragnet_search::cell::{Cell, Offset, Position};
+use dragnet_search::cell::{Cell, Position};
 use dragnet_search::observation::RobotId;
-use dragnet_search::route::ShortestPathTree;
-use dragnet_search::sensor::Noise;
-use dragnet_search::terrain::Terrain;
+use dragnet_search::reach::{Reach, Sight};
+use dragnet_search::sensor::{Noise, Sensor};
 
 use crate::map_file::areas::Purpose;
 
@@ -186,23 +185,25 @@ impl Scenario {
     /// Like [`Scenario::warnings`], with the result of [`Scenario::drawn`].
     #[must_use]
     pub fn warnings_with(&self, drawn: &[Drawn]) -> Vec<Warning> {
-        let mut reached = vec![false; self.terrain().grid().cell_count()];
+        let mut reach = Reach::unknown(self.terrain().grid());
+        // The first robot of each sight: robots that move alike and cannot meet are apart.
+        let mut firsts: BTreeMap<Sight, RobotId> = BTreeMap::new();
         let mut apart = None;
         let largest_area = self.terrain().largest_area();
         for robot in self.robots() {
             let Some(start) = some_start(&largest_area, robot.start) else { continue };
-            if reached[start.index()] {
+            let sight = robot.class.sight();
+            if !reach.is_news(sight, start) {
                 continue;
             }
-            if robot.id != self.robots()[0].id && apart.is_none() {
-                apart = Some(Warning::Apart { robot: self.robots()[0].id, other: robot.id });
+            let first = *firsts.entry(sight).or_insert(robot.id);
+            if first != robot.id && apart.is_none() {
+                apart = Some(Warning::Apart { robot: first, other: robot.id });
             }
-            for cell in ShortestPathTree::from(self.terrain(), self.connectivity(), start).reached() {
-                reached[cell.index()] = true;
-            }
+            reach.add_robot(self.terrain(), sight, start);
         }
         let left_out = self.areas().left_out.into_iter().map(|name| Warning::LeftOut { name });
-        let is_seen = within(self.terrain(), &reached, self.sensor().radius());
+        let is_seen: Vec<bool> = self.terrain().grid().cells().map(|cell| reach.covers(cell)).collect();
         let starts = start::warnings(&self.file.robots, &self.map);
         let mut warnings: Vec<Warning> =
             self.unseen(&is_seen).into_iter().chain(apart).chain(starts).collect();
@@ -237,10 +238,13 @@ impl Scenario {
 
     /// Clipped readings are no more exact than the belief takes them for; of large variances they mislead it.
     fn clipped(&self) -> Option<Warning> {
-        let sensor = self.sensor();
-        let misleads = |&distance: &u32| sensor.variance(distance) >= CLIPPED_VARIANCE;
-        let distance = (0..=sensor.radius()).find(misleads).filter(|_| sensor.noise() == Noise::Clipped)?;
-        Some(Warning::Clipped { distance, variance: sensor.variance(distance) })
+        let misleads = |sensor: &Sensor| {
+            let is_large = |&distance: &u32| sensor.variance(distance) >= CLIPPED_VARIANCE;
+            let distance = (0..=sensor.radius()).find(is_large)?;
+            let is_clipped = sensor.noise() == Noise::Clipped;
+            is_clipped.then(|| Warning::Clipped { distance, variance: sensor.variance(distance) })
+        };
+        self.robots().iter().find_map(|robot| misleads(&robot.class.sensor))
     }
 
     /// Objects in given cells, each with the first reason only.
@@ -285,25 +289,4 @@ fn some_start(largest_area: &[Cell], start: Start) -> Option<Cell> {
         Start::Cell(cell) => Some(cell),
         Start::Together | Start::Scattered => largest_area.first().copied(),
     }
-}
-
-/// Cells within a Manhattan radius of marked ones, breadth first.
-fn within(terrain: &Terrain, marked: &[bool], radius: u32) -> Vec<bool> {
-    let grid = terrain.grid();
-    let mut is_near = marked.to_vec();
-    let mut queue: VecDeque<(Cell, u32)> =
-        grid.cells().filter(|cell| marked[cell.index()]).map(|cell| (cell, 0)).collect();
-    while let Some((cell, distance)) = queue.pop_front() {
-        if distance == radius {
-            continue;
-        }
-        for (north, east) in [(-1, 0), (0, -1), (0, 1), (1, 0)] {
-            if let Some(next) = grid.step(cell, Offset { north, east })
-                && !std::mem::replace(&mut is_near[next.index()], true)
-            {
-                queue.push_back((next, distance + 1));
-            }
-        }
-    }
-    is_near
 }

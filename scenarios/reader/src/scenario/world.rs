@@ -146,18 +146,19 @@ pub(super) fn connectivity(number: i64) -> Result<Connectivity, Invalid> {
     }
 }
 
-pub(super) fn sensor(table: &SensorTable, grid: Grid) -> Result<Sensor, Invalid> {
+/// The sensor of a table at a key.
+pub(super) fn sensor(key: &str, table: &SensorTable, grid: Grid) -> Result<Sensor, Invalid> {
     let noise = match table.noise.as_str() {
         "gaussian" => Noise::Gaussian,
         "clipped" => Noise::Clipped,
         other => {
             let allowed = "\"gaussian\" or \"clipped\"";
-            return Err(Invalid::new("sensor.noise", format!("{other:?}"), allowed));
+            return Err(Invalid::new(format!("{key}.noise"), format!("{other:?}"), allowed));
         }
     };
     let larger_side = grid.rows().max(grid.columns());
     let widest = Sensor::MAX_RADIUS.min(larger_side);
-    let radius = check::integer("sensor.radius", table.radius, 1, widest).map_err(|invalid| {
+    let radius = check::integer(format!("{key}.radius"), table.radius, 1, widest).map_err(|invalid| {
         let allowed = format!("{} (the map's larger side is {larger_side})", invalid.allowed);
         Invalid { allowed, ..invalid }
     })?;
@@ -165,6 +166,6 @@ pub(super) fn sensor(table: &SensorTable, grid: Grid) -> Result<Sensor, Invalid>
         let least = 5.0 * f64::from(MIN_VARIANCE);
         let most = f64::from(MAX_VARIANCE) / f64::from(radius * radius);
         let allowed = format!("from {least:.6} to {most:.3} at this radius");
-        Invalid::new("sensor.noise_variance", check::written(table.noise_variance), allowed)
+        Invalid::new(format!("{key}.noise_variance"), check::written(table.noise_variance), allowed)
     })
 }

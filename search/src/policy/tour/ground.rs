@@ -7,6 +7,7 @@ use super::hidden;
 use super::planner::PlannedObservation;
 use crate::cell::{Cell, Offset};
 use crate::route::{Connectivity, ShortestPathTree};
+use crate::sensor::Sensor;
 use crate::situation::Situation;
 use crate::terrain::Terrain;
 
@@ -87,10 +88,25 @@ pub(super) struct Ground {
     waypoint: Vec<u16>,
     spacing: i32,
     footprint: Vec<FootprintRow>,
+    seen: Seen,
     /// Whether a place of the frame can be seen from one of the cells.
     is_visible: Vec<bool>,
     paths: Vec<OnceCell<Paths>>,
     radius: u32,
+}
+
+/// What a sensor sees from a cell: offsets, and precision in steps of the table.
+pub(super) struct Seen {
+    cells: Vec<(Offset, u8)>,
+    radius: u32,
+}
+
+impl Seen {
+    /// By this sensor.
+    pub(super) fn by(sensor: &Sensor) -> Self {
+        let cells = sensor.footprint().iter().map(|it| (it.offset, hidden::steps(it.precision)));
+        Self { cells: cells.collect(), radius: sensor.radius() }
+    }
 }
 
 /// A rectangle of the map with a margin of the sensor's radius.
@@ -121,10 +137,12 @@ impl Frame {
     }
 
     fn place(self, terrain: &Terrain, cell: Cell) -> Option<(i32, i32)> {
+        Some(self.relative(terrain, cell)).filter(|&(row, column)| self.holds(row, column))
+    }
+
+    fn relative(self, terrain: &Terrain, cell: Cell) -> (i32, i32) {
         let position = terrain.grid().position(cell);
-        let (row, column) =
-            (position.row.cast_signed() - self.south, position.column.cast_signed() - self.west);
-        self.holds(row, column).then_some((row, column))
+        (position.row.cast_signed() - self.south, position.column.cast_signed() - self.west)
     }
 
     fn holds(self, row: i32, column: i32) -> bool {
@@ -159,6 +177,7 @@ impl Ground {
             waypoint: Vec::new(),
             spacing: 1,
             footprint: footprint(situation, frame),
+            seen: Seen::by(situation.sensor),
             is_visible: vec![false; frame.len()],
             paths: (0..cells.len()).map(|_| OnceCell::new()).collect(),
             cells,
@@ -266,33 +285,54 @@ impl Ground {
         self.footprint.iter().map(move |row| (from.wrapping_add_signed(row.offset), row.precision.as_slice()))
     }
 
-    /// What a robot observes that enters these cells at these times, fifths of a cell. All observations of a cell while
-    /// the robot passes by count together, at the time of the best of them.
-    pub(super) fn planned(&self, steps: impl Iterator<Item = (u16, u32)>) -> Vec<PlannedObservation> {
-        let passing = 2 * u32::from(DIAGONAL) * (self.radius + 1);
+    /// What a robot observes that is at these rows and columns of the frame at these times, fifths of a cell, and sees
+    /// this. All observations of a cell while the robot passes by count together, at the time of the best of them. Its
+    /// pace is how many cells it passes in five fifths.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    pub(super) fn planned(
+        &self,
+        seen: &Seen,
+        pace: f64,
+        steps: impl Iterator<Item = ((i32, i32), u32)>,
+    ) -> Vec<PlannedObservation> {
+        let passing = f64::from(2 * u32::from(DIAGONAL) * (seen.radius + 1)) / pace;
+        let passing = passing.min(f64::from(u32::MAX)) as u32;
         // By place: what is planned for it last, and the precision of the best observation.
         let mut last: Vec<Option<(PlannedObservation, u8)>> = vec![None; self.frame_len()];
         let mut planned = Vec::new();
-        for (number, time) in steps {
-            for (start, row) in self.observation(number) {
-                for (place, &precision) in (start..).zip(row).filter(|(_, precision)| **precision > 0) {
-                    match &mut last[place] {
-                        Some((before, best)) if time <= before.time + passing => {
-                            before.precision = before.precision.saturating_add(precision);
-                            if precision > *best {
-                                (before.time, *best) = (time, precision);
-                            }
+        for ((row, column), time) in steps {
+            for &(offset, precision) in &seen.cells {
+                let (row, column) = (row + offset.north, column + offset.east);
+                if precision == 0 || !self.frame.holds(row, column) {
+                    continue;
+                }
+                let place = self.frame.index(row, column);
+                match &mut last[place] {
+                    Some((before, best)) if time <= before.time.saturating_add(passing) => {
+                        before.precision = before.precision.saturating_add(precision);
+                        if precision > *best {
+                            (before.time, *best) = (time, precision);
                         }
-                        slot => {
-                            planned.extend(slot.map(|(before, _)| before));
-                            *slot = Some((PlannedObservation { time, place, precision }, precision));
-                        }
+                    }
+                    slot => {
+                        planned.extend(slot.map(|(before, _)| before));
+                        *slot = Some((PlannedObservation { time, place, precision }, precision));
                     }
                 }
             }
         }
         planned.extend(last.into_iter().flatten().map(|(observation, _)| observation));
         planned
+    }
+
+    /// What the robot itself sees.
+    pub(super) const fn seen(&self) -> &Seen {
+        &self.seen
+    }
+
+    /// Row and column of any cell of the map, relative to the frame.
+    pub(super) fn place_of(&self, cell: Cell) -> (i32, i32) {
+        self.frame.relative(&self.terrain, cell)
     }
 
     /// Length of a move, fifths of a cell; of one from an unknown cell, that of a straight one.

@@ -11,7 +11,7 @@
 //! It takes its own. Where it knows a teammate's plan, that stands in the place of the teammate's piece.
 
 use super::anneal;
-use super::ground::{Ground, PER_CELL};
+use super::ground::{Ground, PER_CELL, Seen};
 use super::lanes;
 use super::planner::{Leg, PlannedObservation, Planner};
 use crate::intent::TeammatePlan;
@@ -99,15 +99,16 @@ fn parts(planner: &Planner<'_>, situation: &Situation<'_>) -> Vec<Part> {
 /// What a plan observes. Its robot is as far on it as it would be at its usual speed: it may not have been heard since.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
 fn of_plan(ground: &Ground, situation: &Situation<'_>, plan: &TeammatePlan) -> Vec<PlannedObservation> {
-    let driven = (plan.driven_cells * f64::from(PER_CELL)).clamp(0.0, f64::from(u32::MAX)) as u32;
+    let clamped = |fifths: f64| fifths.clamp(0.0, f64::from(u32::MAX)) as u32;
+    let driven = clamped(plan.driven_cells * f64::from(PER_CELL));
     let grid = situation.terrain.grid();
     let (mut time, mut before) = (0_u32, plan.cell);
-    let steps = plan.path.iter().filter_map(|&cell| {
+    let steps = plan.path.iter().map(|&cell| {
         let offset = before.replace(cell).map(|before| grid.offset(before, cell));
         time += Ground::move_length(offset);
-        Some((ground.number(cell)?, time.saturating_sub(driven)))
+        (ground.place_of(cell), clamped(f64::from(time.saturating_sub(driven)) / plan.pace))
     });
-    ground.planned(steps)
+    ground.planned(&Seen::by(&plan.sensor), plan.pace, steps)
 }
 
 /// What a tour observes from where the planner starts.
@@ -118,10 +119,10 @@ fn of_tour(planner: &Planner<'_>, tour: &[Leg]) -> Vec<PlannedObservation> {
         while at != leg.to {
             let step = planner.ground.step(leg.bend, at, leg.to);
             (at, time) = (step.to, time + u32::from(step.length));
-            steps.push((at, time));
+            steps.push((planner.ground.place(at), time));
         }
     }
-    planner.ground.planned(steps.into_iter())
+    planner.ground.planned(planner.ground.seen(), 1.0, steps.into_iter())
 }
 
 /// Lanes over what is left, cut into a piece for each robot. Of several patterns the one whose pieces together cost

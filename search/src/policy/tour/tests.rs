@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use rand::RngExt;
 
 use super::*;
@@ -88,8 +90,10 @@ impl Case {
             cell: Some(self.robot),
             path: path.to_vec().into(),
             driven_cells: 0.0,
+            sensor: Arc::new(self.sensor.clone()),
+            pace: 1.0,
         };
-        self.planned_precision.add_plan(&self.terrain, &self.sensor, plan);
+        self.planned_precision.add_plan(&self.terrain, plan);
     }
 
     /// The share of the map that is within the sensor's radius of a path.
@@ -235,7 +239,8 @@ fn what_teammates_observe_counts_from_when_they_observe_it() {
             let cost = alone.beside(alone.root.at, each.clone()).cost(&[]);
             assert!((cost - expected).abs() < 1e-3 * expected, "{seed}: {cost} instead of {expected}");
             // Counting a teammate's observations of a cell together keeps their precision.
-            let planned = alone.ground.planned(steps.into_iter());
+            let placed = steps.iter().map(|&(at, time)| (alone.ground.place(at), time));
+            let planned = alone.ground.planned(alone.ground.seen(), 1.0, placed);
             let sum =
                 |of: &[planner::PlannedObservation]| of.iter().map(|it| u32::from(it.precision)).sum::<u32>();
             assert!(sum(&planned) <= sum(&each) && !planned.is_empty() || each.is_empty());

@@ -2,7 +2,7 @@
 
 use dragnet_scenario::{Scenario, Start};
 use dragnet_search::cell::{Cell, Grid, Offset};
-use dragnet_search::reach::Reach;
+use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 
 /// A move to another position.
@@ -49,7 +49,7 @@ impl Board {
     /// The board of a scenario, with glances or without. `None` if there are more than [`Board::MAX_POSITIONS`], or more targets than that.
     pub(super) fn new(scenario: &Scenario, has_glances: bool) -> Option<Self> {
         let (terrain, sensor, connectivity) =
-            (scenario.terrain(), scenario.sensor(), scenario.connectivity());
+            (scenario.terrain(), scenario.widest_sensor(), scenario.connectivity());
         let grid = terrain.grid();
         let starts: Vec<Vec<Cell>> = scenario
             .robots()
@@ -59,11 +59,11 @@ impl Board {
                 Start::Cell(cell) => vec![cell],
             })
             .collect();
-        let mut reach = Reach::unknown(grid, sensor.radius());
+        let mut reach = Reach::unknown(grid);
         let mut positions = Vec::new();
         // All cells where one robot may start are connected.
         for first in starts.iter().filter_map(|starts| starts.first().copied()) {
-            reach.add_robot(terrain, first);
+            reach.add_robot(terrain, Sight::on_ground(sensor.radius()), first);
             positions.extend_from_slice(ShortestPathTree::from(terrain, connectivity, first).reached());
         }
         positions.sort_unstable();

@@ -31,7 +31,7 @@ pub(super) fn landmarks(scenario: &Scenario, board: &Board, nodes: usize) -> Vec
     let mut landmarks = Vec::new();
     while landmarks.len() < count {
         let Some(at) = farthest(&distances) else { break };
-        let near = board.near(at, scenario.sensor().radius() / 2);
+        let near = board.near(at, scenario.widest_sensor().radius() / 2);
         landmarks.push(
             near.into_iter().filter(|&it| !std::mem::replace(&mut is_taken[usize::from(it)], true)).collect(),
         );
