@@ -105,7 +105,9 @@ pub enum LookupError {
         to_root: String,
     },
     /// The newest transform is older.
-    #[error("the newest transform from {parent:?} to {child:?} is {seconds:.2} s older than what is asked for")]
+    #[error(
+        "the newest transform from {parent:?} to {child:?} is {seconds:.2} s older than what is asked for"
+    )]
     NotYet {
         /// The frame in which the child's pose is given.
         parent: String,
@@ -115,7 +117,9 @@ pub enum LookupError {
         seconds: f64,
     },
     /// The oldest transform is newer.
-    #[error("the oldest transform from {parent:?} to {child:?} is {seconds:.2} s newer than what is asked for")]
+    #[error(
+        "the oldest transform from {parent:?} to {child:?} is {seconds:.2} s newer than what is asked for"
+    )]
     Past {
         /// The frame in which the child's pose is given.
         parent: String,
@@ -193,12 +197,7 @@ impl FrameTree {
     ///
     /// # Errors
     /// If it is unknown: which transform is missing.
-    pub fn transform(
-        &self,
-        target: &str,
-        source: &str,
-        time_ns: i64,
-    ) -> Result<Isometry3<f64>, LookupError> {
+    pub fn transform(&self, target: &str, source: &str, time_ns: i64) -> Result<Isometry3<f64>, LookupError> {
         let (down, up) = self.branches(bare(target), bare(source))?;
         let along = |branch: &[&str]| {
             branch.iter().try_fold(Isometry3::identity(), |below, child| {

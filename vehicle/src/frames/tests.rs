@@ -189,8 +189,7 @@ fn memory_is_bounded() {
     }
     assert!(tree.transform("a", "b", 100_000).is_err());
     assert!(tree.transform("a", "b", 4000 * 100_000).is_ok());
-    let frames = (0..2000).filter(|number| {
-        tree.insert(&fixed(&format!("a -> c{number}"), pose(0.0, 0.0, 0.0))).is_ok()
-    });
+    let frames = (0..2000)
+        .filter(|number| tree.insert(&fixed(&format!("a -> c{number}"), pose(0.0, 0.0, 0.0))).is_ok());
     assert_eq!(frames.count(), MAX_FRAMES - 1);
 }
