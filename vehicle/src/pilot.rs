@@ -41,7 +41,7 @@ use dragnet_search::terrain::Terrain;
 use crate::camera::Camera;
 use crate::evidence::finds::Find;
 use crate::evidence::{EvidenceError, Seen, standing_cell};
-use crate::settings::{Checked, FaultResponse, nanoseconds};
+use crate::settings::{Checked, FaultResponse, MeasuredCamera, nanoseconds};
 use crate::tracker::settings::SettingsError as TrackerError;
 use diagnostic::{Conditions, Fault, NO_POSE, Subject};
 use dragnet_lattice::costmap::CostMap;
@@ -140,15 +140,22 @@ impl Pilot {
         actions
     }
 
-    /// The camera with this name.
+    /// The camera with this name, if the settings describe it.
     #[must_use]
     pub fn camera(&self, name: &str) -> Option<&Camera> {
         self.settings.cameras.iter().map(|(camera, _)| camera).find(|camera| camera.settings().name == name)
     }
 
+    /// Cameras that the vehicle's network describes, at least in part: their frames bring the camera.
+    #[must_use]
+    pub fn measured_cameras(&self) -> &[MeasuredCamera] {
+        &self.settings.measured_cameras
+    }
+
     /// The cameras' names.
     pub fn cameras(&self) -> impl Iterator<Item = &str> {
-        self.settings.cameras.iter().map(|(camera, _)| camera.settings().name.as_str())
+        let described = self.settings.cameras.iter().map(|(camera, _)| camera.settings().name.as_str());
+        described.chain(self.measured_cameras().iter().map(MeasuredCamera::name))
     }
 
     /// All tracks.

@@ -1,12 +1,13 @@
 //! Events and actions of a pilot.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 
 use super::diagnostic::Diagnostic;
-use crate::camera::DetectionBox;
+use crate::camera::{DetectionBox, MountedCamera};
 use dragnet_lattice::costmap::CostMap;
 use dragnet_lattice::plan::Plan;
 use dragnet_lattice::plane::Pose;
@@ -61,6 +62,13 @@ pub struct CameraFrame {
 pub enum CameraDetections {
     /// Boxes, pixels.
     Boxes(Vec<DetectionBox>),
+    /// Boxes of a camera whose lens and mounting are measured, pixels.
+    Measured {
+        /// The camera at the time of the image.
+        camera: Arc<MountedCamera>,
+        /// The boxes.
+        boxes: Vec<DetectionBox>,
+    },
     /// Radians counter-clockwise from the vehicle's heading (from its head, if it has one), from the camera's position.
     Bearings(Vec<f64>),
 }
