@@ -58,7 +58,9 @@ pub enum CameraError {
     #[error("a camera has no name")]
     NoName,
     /// Neither its table nor the vehicle's network says it.
-    #[error("camera {name}: {key} is missing, which only a camera of a network with its `camera_info` can be without")]
+    #[error(
+        "camera {name}: {key} is missing, which only a camera of a network with its `camera_info` can be without"
+    )]
     Missing {
         /// Name of the camera.
         name: String,

@@ -141,11 +141,34 @@ pub enum LookupError {
 }
 
 impl LookupError {
+    /// The error in a word, without its numbers and names.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::NoFrame(_) => "no_frame",
+            Self::NotConnected { .. } => "not_connected",
+            Self::NotYet { .. } => "not_yet",
+            Self::Past { .. } => "past",
+            Self::Gap { .. } => "gap",
+        }
+    }
+
     /// Whether a transform that is still to arrive can help.
     #[must_use]
     pub const fn may_pass(&self) -> bool {
         matches!(self, Self::NoFrame(_) | Self::NotConnected { .. } | Self::NotYet { .. })
     }
+}
+
+/// A transform of a tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Link<'a> {
+    /// The frame in which the child's pose is given.
+    pub parent: &'a str,
+    /// The frame whose pose it is.
+    pub child: &'a str,
+    /// The time of the newest transform, nanoseconds; `None` if it is fixed.
+    pub newest_ns: Option<i64>,
 }
 
 /// The frames.
@@ -220,20 +243,19 @@ impl FrameTree {
         Ok(down.iter().chain(&up).filter_map(newest).min())
     }
 
-    /// The frames from `source` to `target`, each with its neighbor: pairs of parent and child, and the time of the newest
-    /// transform, nanoseconds; `None` if it is fixed.
+    /// The transforms between the frames `source` and `target`, in that order.
     ///
     /// # Errors
     /// If they are not connected.
-    pub fn links(&self, target: &str, source: &str) -> Result<Vec<(&str, &str, Option<i64>)>, LookupError> {
+    pub fn links<'a>(&'a self, target: &'a str, source: &'a str) -> Result<Vec<Link<'a>>, LookupError> {
         let (down, up) = self.branches(bare(target), bare(source))?;
-        let link = |child: &str| {
-            let (child, edge) = self.edges.get_key_value(child)?;
+        let link = |child| {
+            let edge = self.edges.get(child)?;
             let newest_ns = match &edge.motion {
                 Motion::Fixed(_) => None,
                 Motion::Moving(history) => history.newest_ns(),
             };
-            Some((edge.parent.as_str(), child.as_str(), newest_ns))
+            Some(Link { parent: &edge.parent, child, newest_ns })
         };
         Ok(up.into_iter().chain(down.into_iter().rev()).filter_map(link).collect())
     }

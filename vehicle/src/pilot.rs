@@ -54,7 +54,10 @@ use perception::Perception;
 use route::Route;
 use standing::Standing;
 
-pub use event::{Action, CameraDetections, CameraFrame, Event, InputSource, PoseEstimate, Report};
+pub use event::{
+    Action, CameraDetections, CameraFrame, Event, InputSource, Interlock, InterlockFault, PoseEstimate,
+    Report,
+};
 
 /// Distance to the center of a run's last cell at which the next run begins, cells: corners are cut by no more, so that
 /// the vehicle keeps to its route's cells.
@@ -231,6 +234,11 @@ impl Pilot {
             }
             Event::Declared(cells) => self.perception.set_declared(cells),
             Event::Drive(report) => self.receive(report, actions),
+            Event::Interlock(interlock, Some(InterlockFault { kind, message })) => {
+                self.ill(Subject::Interlock(interlock), Fault::new(kind, &message, &[]), actions);
+            }
+            // Whoever lets the vehicle go on expects that it does.
+            Event::Interlock(interlock, None) => self.cured(&Subject::Interlock(interlock), actions),
             Event::Tick => self.process_frames(now_ns, actions),
         }
     }

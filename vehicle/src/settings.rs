@@ -7,8 +7,8 @@
 mod cameras;
 mod check;
 
-pub(crate) use check::nanoseconds;
 pub use cameras::{Measured, MeasuredCamera};
+pub(crate) use check::nanoseconds;
 pub use check::{Checked, Motion, SettingsError, Source};
 
 use schemars::JsonSchema;

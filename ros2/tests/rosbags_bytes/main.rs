@@ -46,7 +46,9 @@ fn transform(parent: &str, child: &str, x: f64) -> TransformStamped {
 fn check<T: RosMessage>(theirs: &Value, message: &T) -> Vec<u8> {
     let bytes = cdr::encode(message);
     let mut hexadecimal = String::new();
-    bytes.iter().for_each(|byte| write!(hexadecimal, "{byte:02x}").unwrap());
+    for byte in &bytes {
+        write!(hexadecimal, "{byte:02x}").unwrap();
+    }
     assert_eq!(theirs[T::NAME].as_str().unwrap(), hexadecimal, "{}", T::NAME);
     bytes
 }

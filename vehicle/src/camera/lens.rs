@@ -97,8 +97,8 @@ fn undistorted(radial: &[f64; 6], tangential: &[f64; 2], image: Vector2<f64>) ->
         // Far steps overshoot where the model bends.
         while (distorted(radial, tangential, point - step).0 - image).norm() >= miss.norm() {
             step /= 2.0;
-            // Written so that NaN ends it as well.
-            if !(step.norm() > TOLERANCE / 10.0) {
+            let length = step.norm();
+            if length.is_nan() || length < TOLERANCE / 10.0 {
                 return None;
             }
         }
@@ -118,8 +118,8 @@ fn distorted(
     let above = 1.0 + square * (k1 + square * (k2 + square * k3));
     let below = 1.0 + square * (k4 + square * (k5 + square * k6));
     let factor = above / below;
-    let [above_slope, below_slope] =
-        [[k1, k2, k3], [k4, k5, k6]].map(|[one, two, three]| one + square * (2.0 * two + square * 3.0 * three));
+    let [above_slope, below_slope] = [[k1, k2, k3], [k4, k5, k6]]
+        .map(|[one, two, three]| one + square * (2.0 * two + square * 3.0 * three));
     // By the squared radius.
     let slope = (above_slope - factor * below_slope) / below;
     let image = Vector2::new(
@@ -142,13 +142,12 @@ fn angle_radians(&[k1, k2, k3, k4]: &[f64; 4], radius: f64) -> Option<f64> {
     for _ in 0..MAX_STEPS {
         let square = angle * angle;
         let found = angle * (1.0 + square * (k1 + square * (k2 + square * (k3 + square * k4))));
-        let slope =
-            1.0 + square * (3.0 * k1 + square * (5.0 * k2 + square * (7.0 * k3 + square * 9.0 * k4)));
+        let slope = 1.0 + square * (3.0 * k1 + square * (5.0 * k2 + square * (7.0 * k3 + square * 9.0 * k4)));
         let miss = found - radius;
         if miss.abs() < TOLERANCE {
             return (slope > 0.0 && angle <= std::f64::consts::PI).then_some(angle);
         }
-        if !(slope > 0.0) {
+        if slope.is_nan() || slope <= 0.0 {
             return None;
         }
         angle = (angle - miss / slope).clamp(0.0, std::f64::consts::PI);

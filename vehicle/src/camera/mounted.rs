@@ -139,6 +139,7 @@ impl MountedCamera {
 }
 
 /// How far a camera sees from its axis.
+#[expect(clippy::struct_field_names, reason = "each ends with its unit")]
 struct Edges {
     /// Counter-clockwise, of the leftmost edge.
     left_radians: f64,
@@ -168,11 +169,7 @@ impl Edges {
         };
         let [one, other] = [aside(&sides[0]), aside(&sides[1])];
         let lower = ends.iter().map(|end| down_radians(&(rotation * *end))).fold(f64::NEG_INFINITY, f64::max);
-        Some(Self {
-            left_radians: one.max(other),
-            right_radians: one.min(other),
-            lower_down_radians: lower,
-        })
+        Some(Self { left_radians: one.max(other), right_radians: one.min(other), lower_down_radians: lower })
     }
 }
 
@@ -182,7 +179,11 @@ fn down_radians(direction: &UnitVector3<f64>) -> f64 {
 }
 
 /// Rows of a pinhole of these columns and view whose lower edge is this far below its middle.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`as` saturates, and 1 is the least")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "`as` saturates, and 1 is the least"
+)]
 fn rows(width_pixels: u32, view_radians: f64, below_radians: f64) -> u32 {
     let focal_pixels = f64::from(width_pixels) / 2.0 / (view_radians / 2.0).tan();
     let half_rows = focal_pixels * below_radians.clamp(0.0, MAX_VIEW_RADIANS / 2.0).tan();

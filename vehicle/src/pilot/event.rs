@@ -27,8 +27,28 @@ pub enum Event {
     Declared(BTreeSet<Cell>),
     /// Progress of a navigation stack with the last [`Action::Go`].
     Drive(Report),
+    /// Something beside sensors and paths stops the vehicle, or no longer does.
+    Interlock(Interlock, Option<InterlockFault>),
     /// Time has passed. The caller sends this event often enough to detect timeouts.
     Tick,
+}
+
+/// Something beside sensors and paths that stops a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Interlock {
+    /// A switch, or its silence.
+    EmergencyStop,
+    /// A low battery.
+    Battery,
+}
+
+/// Why an interlock stops the vehicle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InterlockFault {
+    /// In a word: the same kind is not reported again.
+    pub kind: &'static str,
+    /// In a sentence.
+    pub message: String,
 }
 
 /// The pose of a vehicle at a time.

@@ -69,9 +69,10 @@ struct Eye {
 
 impl Perception {
     pub(super) fn new(settings: &Checked) -> Result<Self, TrackerError> {
-        let described = settings.cameras.iter().map(|(camera, std_pixels)| {
-            (camera.settings().name.clone(), Some(camera.clone()), *std_pixels)
-        });
+        let described = settings
+            .cameras
+            .iter()
+            .map(|(camera, std_pixels)| (camera.settings().name.clone(), Some(camera.clone()), *std_pixels));
         let measured = settings.measured_cameras.iter();
         let measured = measured.map(|camera| (camera.name().to_owned(), None, camera.column_std_pixels()));
         let eyes: Vec<Eye> = described
@@ -358,8 +359,8 @@ fn detections(described: Option<&Camera>, frame: &CameraFrame) -> Result<Detecti
 
 /// The detections of so many boxes, if all of them are valid.
 fn valid(detections: Result<Detections, TooManyBoxes>, boxes: usize) -> Result<Detections, Fault> {
-    let detections = detections
-        .map_err(|error| Fault::new("too_many", &error.to_string(), &[("boxes", boxes as f64)]))?;
+    let detections =
+        detections.map_err(|error| Fault::new("too_many", &error.to_string(), &[("boxes", boxes as f64)]))?;
     let is_bad = |&&(_, why): &&(usize, BoxRefusal)| why != BoxRefusal::SameColumn;
     if let Some(&(number, why)) = detections.refused.iter().find(is_bad) {
         let message = format!("box {number} of {boxes} cannot be: {why:?}");

@@ -7,9 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 
 use super::CameraTable;
 use super::check::{SettingsError, positive, value};
-use crate::camera::{
-    Camera, CameraError, CameraRanges, CameraSettings, Lens, MountedCamera, MountedError,
-};
+use crate::camera::{Camera, CameraError, CameraRanges, CameraSettings, Lens, MountedCamera, MountedError};
 
 /// The maximum number of cameras.
 const MAX_CAMERAS: usize = 16;
@@ -83,11 +81,14 @@ pub(super) fn check(
     if !(1..=MAX_CAMERAS).contains(&tables.len()) {
         return Err(value("cameras", &format!("{} cameras", tables.len()), format!("1 to {MAX_CAMERAS}")));
     }
-    let (mut names, mut cameras) =
-        (BTreeSet::new(), Cameras { described: Vec::new(), measured: Vec::new() });
+    let (mut names, mut cameras) = (BTreeSet::new(), Cameras { described: Vec::new(), measured: Vec::new() });
     for table in tables {
         if !names.insert(&table.name) {
-            return Err(value("cameras.name", &format!("{:?} twice", table.name), "a name of its own for each"));
+            return Err(value(
+                "cameras.name",
+                &format!("{:?} twice", table.name),
+                "a name of its own for each",
+            ));
         }
         // Of a camera without a size yet its calibration will say that.
         let most = table.width_pixels.map_or(f64::INFINITY, |columns| f64::from(columns) / 4.0);
@@ -171,8 +172,7 @@ impl CameraTable {
         let camera = whole.camera()?;
         let CameraSettings { width_pixels, height_pixels, field_of_view_radians, mounting, .. } =
             *camera.settings();
-        let lens =
-            (!has_optics).then(|| Lens::pinhole(width_pixels, height_pixels, field_of_view_radians));
+        let lens = (!has_optics).then(|| Lens::pinhole(width_pixels, height_pixels, field_of_view_radians));
         let pitch_radians = camera.settings().pitch_radians;
         let vehicle_from_camera =
             (!has_mounting).then(|| optical_pose(&mounting, camera.settings().z_meters, pitch_radians));

@@ -11,10 +11,7 @@ fn lens(distortion: Distortion) -> Lens {
 }
 
 fn plumb_bob() -> Distortion {
-    Distortion::Radial {
-        radial: [-0.28, 0.09, -0.01, 0.0, 0.0, 0.0],
-        tangential: [0.0012, -0.0007],
-    }
+    Distortion::Radial { radial: [-0.28, 0.09, -0.01, 0.0, 0.0, 0.0], tangential: [0.0012, -0.0007] }
 }
 
 fn rational() -> Distortion {
@@ -38,7 +35,7 @@ fn directions_are_those_that_opencv_projects() {
             plumb_bob(),
             [
                 [320.0, 240.0],
-                [464.5843545, 141.731_258_94],
+                [464.584_354_5, 141.731_258_94],
                 [94.531_552_5, 424.116_077_16],
                 [561.981_202_781_25, 442.400_878_775_624_96],
             ],

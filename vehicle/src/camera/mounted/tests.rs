@@ -41,10 +41,10 @@ fn bearings_are_those_of_the_points_in_a_box() {
         let vehicle_from_camera = mounting(roll, pitch, yaw);
         let camera = mounted(pinhole(), &vehicle_from_camera);
         let mut seen = 0;
-        for (forward, left, up) in [(10.0, 2.0, -0.5), (20.0, -5.0, 0.0), (8.0, 0.0, -2.0), (10.0, 4.0, -1.0)] {
+        for (forward, left, up) in [(10.0, 2.0, -0.5), (20.0, -5.0, 0.0), (8.0, 0.0, -2.0), (10.0, 4.0, -1.0)]
+        {
             let (sine, cosine) = yaw.to_radians().sin_cos();
-            let point =
-                Point3::new(cosine * forward - sine * left, sine * forward + cosine * left, up + 0.5);
+            let point = Point3::new(cosine * forward - sine * left, sine * forward + cosine * left, up + 0.5);
             let in_camera = vehicle_from_camera.inverse() * point;
             let pixel = [500.0, 300.0]
                 .into_iter()
@@ -96,19 +96,20 @@ fn a_level_pinhole_sees_as_its_description_by_hand() {
 #[test]
 fn the_view_is_between_the_sides_of_the_image() {
     let aside = Lens { center_pixels: [249.5, 299.5], ..pinhole() };
+    let degrees = |radians: f64| format!("{:.1}", radians.to_degrees());
     let view = |lens: Lens, roll: f64| {
         let camera = mounted(lens, &mounting(roll, 0.0, 0.0));
         let settings = camera.camera().settings();
         let middle = settings.mounting.heading_radians;
-        [-0.5, 0.5].map(|side| (middle + side * settings.field_of_view_radians).to_degrees().round())
+        [-0.5, 0.5].map(|side| degrees(middle + side * settings.field_of_view_radians))
     };
     // The axis is in the left half of the image: to the right the camera sees farther.
-    let (near, far) = ((250.0_f64 / 500.0).atan().to_degrees(), (750.0_f64 / 500.0).atan().to_degrees());
-    assert_eq!(view(aside.clone(), 0.0), [-far.round(), near.round()]);
-    assert_eq!(view(aside.clone(), 180.0), [-near.round(), far.round()]);
-    let high = (300.0_f64 / 500.0).atan().to_degrees().round();
-    assert_eq!(view(aside.clone(), 90.0), [-high, high]);
-    assert_eq!(view(aside, -90.0), [-high, high]);
+    let (near, far) = ((250.0_f64 / 500.0).atan(), (750.0_f64 / 500.0).atan());
+    assert_eq!(view(aside.clone(), 0.0), [degrees(-far), degrees(near)]);
+    assert_eq!(view(aside.clone(), 180.0), [degrees(-near), degrees(far)]);
+    let high = (300.0_f64 / 500.0).atan();
+    assert_eq!(view(aside.clone(), 90.0), [degrees(-high), degrees(high)]);
+    assert_eq!(view(aside, -90.0), [degrees(-high), degrees(high)]);
 }
 
 #[test]
