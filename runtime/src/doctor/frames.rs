@@ -1,5 +1,5 @@
-//! Checks of a vehicle's frames: its pose by transforms, and its cameras by calibration and mounting. What is heard goes
-//! the way of the running robot.
+//! Checks of a vehicle's frames: its pose by transforms, and its cameras by calibration and mounting. Messages are
+//! processed as by the running robot.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use crate::vehicle::measured::{MeasuredCameras, WaitingFrame};
 /// The age of a pose above which it is stale, seconds: what a robot tolerates by default.
 const MOST_AGE_SECONDS: f64 = 1.0;
 
-/// What was heard of frames and cameras.
+/// The messages about frames and cameras.
 pub(super) struct HeardFrames {
     stamps: Stamps,
     localization: Localization,
@@ -90,10 +90,11 @@ impl HeardFrames {
         // Frames that still wait have waited long enough.
         self.process(u64::MAX);
         let mut findings = Vec::new();
+        let rejected = self.frames.rejected().map(str::to_owned);
         if self.localization == Localization::Tf {
             findings.push(self.pose(now_ns));
         }
-        if let Some(rejected) = self.frames.rejected() {
+        if let Some(rejected) = rejected {
             let advice =
                 "let one node publish each transform; `ros2 run tf2_tools view_frames` draws all of them";
             findings.push(Finding::warn("frames", format!("a transform is rejected: {rejected}"), advice));

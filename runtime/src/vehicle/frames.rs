@@ -18,7 +18,7 @@ pub(crate) struct Frames {
     robot_frame: String,
     /// The time of the last pose, nanoseconds by the clock of stamps.
     located_ns: Option<i64>,
-    /// Why the last transform was rejected that was.
+    /// Why the last transform was rejected that was, since the last pose.
     rejected: Option<String>,
 }
 
@@ -58,6 +58,7 @@ impl Frames {
         }
         let pose = self.tree.transform(&self.map_frame, &self.robot_frame, time_ns).ok()?;
         self.located_ns = Some(time_ns);
+        self.rejected = None;
         Some((time_ns, planar(&pose)))
     }
 
@@ -100,7 +101,7 @@ impl Frames {
         Ok(std::iter::once(self.map_frame.as_str()).chain(names).collect::<Vec<_>>().join(" -> "))
     }
 
-    /// Why the last transform was rejected that was.
+    /// Why the last transform was rejected that was, since the last pose.
     pub(crate) fn rejected(&self) -> Option<&str> {
         self.rejected.as_deref()
     }

@@ -38,19 +38,19 @@ impl Interlocks {
 
     /// Why the emergency stop is to stop the vehicle, or is silent. `None` if there is no such topic, or nothing is wrong.
     fn stop_fault(&self, now_ns: u64) -> Option<(FaultResponse, InterlockFault)> {
-        let EmergencyStop { topic, timeout_seconds, on_silence } = self.stop.as_ref()?;
+        let EmergencyStop { topic, timeout_seconds, on_timeout } = self.stop.as_ref()?;
         let fault = |kind, message| InterlockFault { kind, message };
         match self.heard {
             Some((true, _)) => {
                 let message = format!("{topic} is true: the vehicle stands until it is false");
                 Some((FaultResponse::Stop, fault("stopped", message)))
             }
-            None => Some((*on_silence, fault("silent", format!("nothing has arrived on {topic} yet")))),
+            None => Some((*on_timeout, fault("silent", format!("nothing has arrived on {topic} yet")))),
             Some((false, heard_ns)) => {
                 let seconds = now_ns.saturating_sub(heard_ns) as f64 / 1e9;
                 timeout_seconds.filter(|&timeout_seconds| seconds > timeout_seconds).map(|_| {
                     (
-                        *on_silence,
+                        *on_timeout,
                         fault("silent", format!("nothing has arrived on {topic} for {seconds:.1} s")),
                     )
                 })

@@ -17,7 +17,7 @@ pub struct EmergencyStop {
     pub timeout_seconds: Option<f64>,
     /// The response to silence, and to a topic on which nothing has arrived yet.
     #[serde(default = "stop")]
-    pub on_silence: FaultResponse,
+    pub on_timeout: FaultResponse,
 }
 
 /// The charge of the battery.

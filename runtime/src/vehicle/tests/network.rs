@@ -220,7 +220,7 @@ fn an_emergency_stop_stops_until_it_is_released() {
     assert_mentions(&silent, "nothing has arrived on e_stop for 1.1 s");
 
     let mut vehicle =
-        measured("emergency_stop = { topic = 'e_stop', timeout_seconds = 1.0, on_silence = 'continue' }");
+        measured("emergency_stop = { topic = 'e_stop', timeout_seconds = 1.0, on_timeout = 'continue' }");
     let effects = vehicle.tick(at(0));
     assert_eq!(stands(&effects, "emergency stop"), None);
     assert_mentions(&told(&effects, "silence of the emergency stop")[0], "yet");
