@@ -76,11 +76,6 @@ impl DiagnosticsAggregator {
         }
     }
 
-    /// Something has happened to a subject that is no fault, and is to be known.
-    pub(super) fn mention(&mut self, subject: &str, message: &str) {
-        self.put(name(subject), Level::Warning, message, Vec::new());
-    }
-
     /// Shows a state that is no news.
     pub(super) fn show(&mut self, diagnostic: Diagnostic) {
         let name = name(&diagnostic.name);

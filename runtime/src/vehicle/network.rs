@@ -72,7 +72,10 @@ impl Vehicle {
                 "the camera_info has changed: now {width} x {height} pixels, focal length {:.1} pixels, frame {:?}",
                 info.focal_pixels[0], info.frame
             );
-            self.aggregator.mention(&subject(camera), &message);
+            // Two publishers may take turns.
+            self.aggregator.note_as(now.mission, &calibration(camera), "changed", &message);
+        } else {
+            self.aggregator.well(now.mission, &calibration(camera));
         }
         let mut effects = self.news();
         effects.extend(self.process_measured(now));
@@ -151,6 +154,11 @@ impl Vehicle {
 /// The subject of diagnostics about a camera's calibration and mounting.
 fn subject(camera: &str) -> String {
     format!("mounting of {camera}")
+}
+
+/// The subject of diagnostics about changes of a camera's calibration.
+fn calibration(camera: &str) -> String {
+    format!("calibration of {camera}")
 }
 
 /// Mission times are centuries below the bound.

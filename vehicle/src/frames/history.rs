@@ -11,6 +11,9 @@ pub const KEPT_NS: i64 = 10_000_000_000;
 /// The longest time between two transforms that is interpolated, nanoseconds: in a longer one the frame may have moved
 /// anyhow.
 pub const MAX_GAP_NS: i64 = 1_000_000_000;
+/// By how much a transform may be older than one that arrived before it, nanoseconds: a network delays none for longer, so
+/// that the clock must have been set back.
+const MAX_DELAY_NS: i64 = 2_000_000_000;
 /// The most transforms that are kept, which bounds memory: [`KEPT_NS`] at 200 Hz.
 const MAX_KEPT: usize = 2000;
 
@@ -38,7 +41,7 @@ impl History {
     /// Adds a transform, in the order of time: a network may change the order of messages.
     pub(super) fn insert(&mut self, time_ns: i64, transform: Isometry3<f64>) -> Change {
         let newest_ns = self.newest_ns().unwrap_or(time_ns);
-        if newest_ns.saturating_sub(time_ns) > KEPT_NS {
+        if newest_ns.saturating_sub(time_ns) > MAX_DELAY_NS {
             *self = Self::new(time_ns, transform);
             return Change::Restarted;
         }

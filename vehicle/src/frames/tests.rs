@@ -174,8 +174,10 @@ fn transforms_may_come_in_another_order_and_twice() {
 #[test]
 fn a_clock_that_is_set_back_begins_a_history_anew() {
     let mut tree = tree(&[moving("a -> b", 1000 * SECOND, pose(1.0, 0.0, 0.0))]);
-    let back = tree.insert(&moving("a -> b", 10 * SECOND, pose(2.0, 0.0, 0.0)));
-    assert_eq!(back, Ok(Change::Restarted));
+    for (seconds, expected) in [(998, Change::Added), (997, Change::Restarted), (10, Change::Restarted)] {
+        let back = tree.insert(&moving("a -> b", seconds * SECOND, pose(2.0, 0.0, 0.0)));
+        assert_eq!(back, Ok(expected), "{seconds}");
+    }
     assert_eq!(tree.newest_ns("a", "b"), Ok(Some(10 * SECOND)));
     let error = tree.transform("a", "b", 1000 * SECOND).unwrap_err();
     assert!(error.may_pass(), "{error}");
