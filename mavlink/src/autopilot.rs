@@ -15,7 +15,7 @@
 //! **Loss.** Every message may be lost, repeated or overtaken. What is wished is sent again every second, requests are
 //! repeated until they are granted, and older positions than the last are dropped.
 
-mod battery;
+pub mod battery;
 mod boot_clock;
 pub mod config;
 mod control;

@@ -3,20 +3,26 @@
 //! Lengths are checked against a bound before anything is allocated for them, and an invalid message is rejected as a
 //! whole: the error names the message, the field, its value and the allowed values.
 
+mod battery;
 mod camera;
 mod check;
 mod map;
 mod motion;
 mod navigation;
+mod optics;
 mod picture;
+mod transforms;
 
 use serde::de::DeserializeOwned;
 
+pub use battery::Battery;
 pub use camera::{DetectedBox, Detections, Hypothesis};
 pub use map::Occupancy;
 pub use motion::{Fix, Odometry, PlanarCovariance, PlanarPose, PoseEstimate, Velocity};
 pub use navigation::{GoalId, GoalState, GoalStatus};
+pub use optics::{CameraInfo, Distortion};
 pub use picture::Image;
+pub use transforms::{Transform, Transforms};
 
 use super::qos::Qos;
 use crate::cdr::{self, DecodeError};
@@ -41,6 +47,16 @@ pub enum Input {
     Image(Image),
     /// `action_msgs/GoalStatusArray`: goals of an action, those of Nav2.
     Goals(Vec<GoalStatus>),
+    /// `tf2_msgs/TFMessage` of `/tf`: where frames are at a time.
+    Transforms(Transforms),
+    /// `tf2_msgs/TFMessage` of `/tf_static`: where frames are at all times.
+    StaticTransforms(Transforms),
+    /// `sensor_msgs/CameraInfo`: a camera's calibration.
+    CameraInfo(CameraInfo),
+    /// `std_msgs/Bool` of an emergency stop: whether the robot is stopped.
+    Stop(bool),
+    /// `sensor_msgs/BatteryState`.
+    Battery(Battery),
 }
 
 /// The kind of message that a topic is subscribed for.
@@ -62,9 +78,36 @@ pub enum InputKind {
     CompressedImage,
     /// [`Input::Goals`].
     Goals,
+    /// [`Input::Transforms`].
+    Transforms,
+    /// [`Input::StaticTransforms`].
+    StaticTransforms,
+    /// [`Input::CameraInfo`].
+    CameraInfo,
+    /// [`Input::Stop`].
+    Stop,
+    /// [`Input::Battery`].
+    Battery,
 }
 
 impl InputKind {
+    /// All kinds.
+    pub const ALL: [Self; 13] = [
+        Self::Odometry,
+        Self::Pose,
+        Self::Fix,
+        Self::Map,
+        Self::Detections,
+        Self::Image,
+        Self::CompressedImage,
+        Self::Goals,
+        Self::Transforms,
+        Self::StaticTransforms,
+        Self::CameraInfo,
+        Self::Stop,
+        Self::Battery,
+    ];
+
     /// Its type on the network.
     #[must_use]
     pub fn message(self) -> MessageType {
@@ -77,6 +120,10 @@ impl InputKind {
             Self::Image => MessageType::of::<robot::Image>(),
             Self::CompressedImage => MessageType::of::<robot::CompressedImage>(),
             Self::Goals => MessageType::of::<robot::GoalStatusArray>(),
+            Self::Transforms | Self::StaticTransforms => MessageType::of::<standard::TFMessage>(),
+            Self::CameraInfo => MessageType::of::<robot::CameraInfo>(),
+            Self::Stop => MessageType::of::<robot::Bool>(),
+            Self::Battery => MessageType::of::<robot::BatteryState>(),
         }
     }
 
@@ -85,9 +132,11 @@ impl InputKind {
     #[must_use]
     pub const fn qos(self) -> Qos {
         match self {
-            Self::Odometry | Self::Fix | Self::Detections => Qos::SENSOR,
+            Self::Odometry | Self::Fix | Self::Detections | Self::CameraInfo | Self::Battery => Qos::SENSOR,
             Self::Image | Self::CompressedImage => Qos { depth: 1, ..Qos::SENSOR },
-            Self::Pose | Self::Map | Self::Goals => Qos::LATCHED,
+            Self::Pose | Self::Map | Self::Goals | Self::Stop => Qos::LATCHED,
+            Self::Transforms => Qos::TRANSFORMS,
+            Self::StaticTransforms => Qos::STATIC_TRANSFORMS,
         }
     }
 
@@ -95,8 +144,10 @@ impl InputKind {
     #[must_use]
     pub const fn max_bytes(self) -> usize {
         match self {
-            Self::Odometry | Self::Pose | Self::Fix => 8 << 10,
-            Self::Detections => 1 << 20,
+            Self::Odometry | Self::Pose | Self::Fix | Self::CameraInfo | Self::Stop | Self::Battery => {
+                8 << 10
+            }
+            Self::Detections | Self::Transforms | Self::StaticTransforms => 1 << 20,
             Self::Goals => 256 << 10,
             Self::Map | Self::Image | Self::CompressedImage => cdr::MAX_BYTES,
         }
@@ -116,6 +167,11 @@ impl InputKind {
             Self::Image => Image::check(&self.decode(bytes)?).map(Input::Image),
             Self::CompressedImage => Image::decompress(&self.decode(bytes)?).map(Input::Image),
             Self::Goals => navigation::check(&self.decode(bytes)?).map(Input::Goals),
+            Self::Transforms => Transforms::check(self.decode(bytes)?).map(Input::Transforms),
+            Self::StaticTransforms => Transforms::check(self.decode(bytes)?).map(Input::StaticTransforms),
+            Self::CameraInfo => CameraInfo::check(&self.decode(bytes)?).map(Input::CameraInfo),
+            Self::Stop => self.decode(bytes).map(|robot::Bool { data }| Input::Stop(data)),
+            Self::Battery => Battery::check(&self.decode(bytes)?).map(Input::Battery),
         }
     }
 

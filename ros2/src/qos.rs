@@ -38,6 +38,11 @@ impl Qos {
     /// ROS's `sensor data`.
     pub const SENSOR: Self =
         Self { reliability: Reliability::BestEffort, durability: Durability::Volatile, depth: 5 };
+    /// `tf2`'s for `/tf`: every transform counts, of several publishers.
+    pub const TRANSFORMS: Self =
+        Self { reliability: Reliability::Reliable, durability: Durability::Volatile, depth: 100 };
+    /// `tf2`'s for `/tf_static`: each publisher keeps its last message for late subscribers.
+    pub const STATIC_TRANSFORMS: Self = Self { durability: Durability::TransientLocal, ..Self::TRANSFORMS };
     /// ROS's latched topics: values that hold until they are replaced.
     pub const LATCHED: Self =
         Self { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1 };
@@ -67,6 +72,8 @@ mod tests {
     fn a_quality_of_service_is_written_as_in_tokens() {
         assert_eq!(Qos::RELIABLE.to_string(), "::,10:,:,:,,");
         assert_eq!(Qos::SENSOR.to_string(), "2::,5:,:,:,,");
+        assert_eq!(Qos::TRANSFORMS.to_string(), "::,100:,:,:,,");
+        assert_eq!(Qos::STATIC_TRANSFORMS.to_string(), ":1:,100:,:,:,,");
         assert_eq!(Qos::LATCHED.to_string(), ":1:,1:,:,:,,");
     }
 }

@@ -1,5 +1,6 @@
 //! Settings of processes: participant, mission and endpoints.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use dragnet_agent::agent::AgentConfig;
@@ -11,7 +12,7 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::toml_text::{self, TextError};
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::pilot::Pilot;
-use dragnet_vehicle::settings::{MotionTable, Settings as VehicleSettings};
+use dragnet_vehicle::settings::{Measured, MotionTable, Settings as VehicleSettings};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -268,7 +269,8 @@ impl AgentSettings {
             module: file.parent().unwrap_or(Path::new("")).join(&detector.module),
             ..detector
         });
-        Ok(Body { pilot: self.pilot(vehicle, file, scenario)?, ros: ros.check(file)?, moved_by, detector })
+        let pilot = self.pilot(vehicle, &ros.measured(), file, scenario)?;
+        Ok(Body { pilot, ros: ros.check(file)?, moved_by, detector })
     }
 
     fn mavlink_body(
@@ -294,13 +296,15 @@ impl AgentSettings {
             let reason = "mavlink.position is 'global', which needs a map with an origin on the earth";
             return Err(failed(reason));
         }
-        Ok(MavlinkBody { mavlink: mavlink.check(file)?, pilot: self.pilot(vehicle, file, scenario)? })
+        let pilot = self.pilot(vehicle, &BTreeMap::new(), file, scenario)?;
+        Ok(MavlinkBody { mavlink: mavlink.check(file)?, pilot })
     }
 
-    /// The pilot of a vehicle in a scenario.
+    /// The pilot of a vehicle in a scenario, and what the vehicle's network says of its cameras.
     fn pilot(
         &self,
         vehicle: &VehicleSettings,
+        measured: &BTreeMap<String, Measured>,
         file: &Path,
         scenario: &Scenario,
     ) -> Result<Pilot, RuntimeError> {
@@ -316,7 +320,9 @@ impl AgentSettings {
             }
             MotionTable::Lattice { .. } | MotionTable::Goal {} => None,
         };
-        let checked = vehicle.check(primitives.as_deref()).map_err(|error| failed(error.to_string()))?;
+        let checked = vehicle
+            .check_measured(primitives.as_deref(), measured)
+            .map_err(|error| failed(error.to_string()))?;
         let (terrain, sensor) = (scenario.terrain().clone(), (*class.sensor).clone());
         let map = CostMap::from_terrain(&terrain, parts(&terrain));
         let map = map.map_err(|error| failed(format!("vehicle: {error}")))?;

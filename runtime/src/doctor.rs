@@ -5,6 +5,7 @@
 mod autopilot;
 mod clocks;
 mod computer;
+mod frames;
 mod ports;
 mod team;
 mod vehicle;

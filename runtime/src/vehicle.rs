@@ -7,7 +7,11 @@
 pub mod detector;
 mod diagnostics;
 mod embodied;
+pub(crate) mod frames;
 pub(crate) mod ground;
+mod interlocks;
+pub(crate) mod measured;
+mod network;
 mod objects;
 pub(crate) mod place;
 pub mod serve;
@@ -37,9 +41,12 @@ use dragnet_vehicle::pilot::{
 };
 
 use crate::ros::incoming::Incoming;
-use crate::ros::settings::{Checked, Stamps};
+use crate::ros::settings::{Checked, Localization, Stamps};
 use detector::{DetectionRequest, Seen};
 use diagnostics::DiagnosticsAggregator;
+use frames::Frames;
+use interlocks::Interlocks;
+use measured::MeasuredCameras;
 use place::{Located, Moment, Places, planar};
 use topics::Topics;
 
@@ -86,6 +93,9 @@ pub(crate) enum Effect {
 pub(crate) struct Vehicle {
     pilot: Pilot,
     places: Places,
+    frames: Frames,
+    measured: MeasuredCameras,
+    interlocks: Interlocks,
     terrain: Arc<Terrain>,
     detection_threshold: f64,
     stamps: Stamps,
@@ -112,6 +122,9 @@ struct Drive {
 impl Vehicle {
     pub(crate) fn new(pilot: Pilot, ros: &Checked, scenario: &Scenario) -> Self {
         Self {
+            frames: Frames::new(ros),
+            measured: MeasuredCameras::new(pilot.measured_cameras()),
+            interlocks: Interlocks::new(ros),
             pilot,
             places: Places::new(
                 ros.localization(),
@@ -148,9 +161,21 @@ impl Vehicle {
             Incoming::Fix(fix) => self.places.fix(self.moment(now, fix.stamp_unix_ns), &fix),
             Incoming::Map(map) => return self.receive_map(now, topic, &map),
             Incoming::Detections { camera, detections } => {
-                let time_ns = self.time_ns(now, detections.stamp_unix_ns);
-                return self.frame(now, &camera, time_ns, detections.boxes.iter().map(of_box).collect());
+                let boxes = detections.boxes.iter().map(of_box).collect();
+                let taken = Taken {
+                    time_ns: self.time_ns(now, detections.stamp_unix_ns),
+                    stamp_ns: self.stamp_ns(now, detections.stamp_unix_ns),
+                    frame: detections.frame,
+                };
+                return self.frame(now, &camera, taken, boxes);
             }
+            Incoming::Transforms(transforms) => return self.receive_transforms(now, topic, transforms),
+            Incoming::StaticTransforms(transforms) => {
+                return self.receive_static_transforms(now, topic, transforms);
+            }
+            Incoming::CameraInfo { camera, info } => return self.receive_calibration(now, &camera, &info),
+            Incoming::Stop(is_stopped) => return self.receive_stop(now, is_stopped),
+            Incoming::Battery(battery) => return self.receive_battery(now, topic, &battery),
             Incoming::Image { camera, image } => return self.receive_image(now, topic, camera, image),
             Incoming::Goals(goals) => return self.receive_goals(now, goals),
             Incoming::Rejected { .. } => return Vec::new(),
@@ -170,7 +195,12 @@ impl Vehicle {
         match seen.found {
             Ok(boxes) => {
                 self.aggregator.well(now.mission, &subject);
-                self.frame(now, &seen.camera, seen.time_ns, boxes)
+                let taken = Taken {
+                    time_ns: seen.time_ns,
+                    stamp_ns: self.stamp_of(now, seen.time_ns),
+                    frame: String::new(),
+                };
+                self.frame(now, &seen.camera, taken, boxes)
             }
             Err(reason) => {
                 self.refuse(&InputSource::Camera(seen.camera.to_string()), &reason);
@@ -188,6 +218,8 @@ impl Vehicle {
     /// To be called every [`TICK`].
     pub(crate) fn tick(&mut self, now: Now) -> Vec<Effect> {
         let mut effects = self.insist(now);
+        effects.extend(self.process_measured(now));
+        effects.extend(self.tell_stop(now));
         self.aggregator.settle(now.mission);
         effects.extend(self.news());
         effects.extend(self.tell(now, Event::Tick));
@@ -263,21 +295,26 @@ impl Vehicle {
         self.tell(now, Event::Pose(fix))
     }
 
-    fn frame(&mut self, now: Now, camera: &str, time_ns: u64, boxes: Vec<DetectionBox>) -> Vec<Effect> {
-        let (camera, detections) = (camera.to_owned(), CameraDetections::Boxes(boxes));
+    fn frame(&mut self, now: Now, camera: &Arc<str>, taken: Taken, boxes: Vec<DetectionBox>) -> Vec<Effect> {
+        if self.measured.contains(camera) {
+            return self.measure(now, camera, taken, boxes);
+        }
+        let Taken { time_ns, .. } = taken;
+        let (camera, detections) = (camera.to_string(), CameraDetections::Boxes(boxes));
         self.tell(now, Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, detections }))
     }
 
     /// A detector's boxes require images of the size in the camera's settings.
     fn receive_image(&mut self, now: Now, topic: &TopicName, camera: Arc<str>, image: Image) -> Vec<Effect> {
-        let Some(settings) = self.pilot.camera(&camera).map(Camera::settings) else {
-            return Vec::new();
+        let described = self.pilot.camera(&camera).map(Camera::settings);
+        let described = described.map(|settings| [settings.width_pixels, settings.height_pixels]);
+        let Some([width, height]) = described.or_else(|| self.measured.size_pixels(&camera)) else {
+            return self.tell_uncalibrated(now, topic, &camera);
         };
-        let (width, height) = (settings.width_pixels, settings.height_pixels);
         let subject = format!("image, {camera}");
         if (image.width_pixels, image.height_pixels) != (width, height) {
             let found = format!("an image of {} x {} pixels", image.width_pixels, image.height_pixels);
-            let allowed = format!("allowed is {width} x {height}, as in vehicle.cameras");
+            let allowed = format!("allowed is {width} x {height}, as in vehicle.cameras or camera_info");
             let reason = format!("{found}; {allowed}");
             self.aggregator.count(topic, &reason);
             self.aggregator.note(now.mission, &subject, &reason);
@@ -332,7 +369,7 @@ impl Vehicle {
             Action::Go(pose) => self.go(now, pose),
             Action::Hold => self.halt(),
             Action::Tell(diagnostic) => {
-                let diagnostic = self.explained(diagnostic);
+                let diagnostic = self.explained(now, diagnostic);
                 self.aggregator.pin(&diagnostic);
                 let mut effects = self.news();
                 effects.push(Effect::Publish(Output::Diagnostics(self.aggregator.all())));
@@ -352,11 +389,15 @@ impl Vehicle {
     }
 
     /// If there is no pose, the network's state gives the reason.
-    fn explained(&self, pilot_diagnostic: PilotDiagnostic) -> PilotDiagnostic {
+    fn explained(&self, now: Now, pilot_diagnostic: PilotDiagnostic) -> PilotDiagnostic {
         if pilot_diagnostic.message != NO_POSE {
             return pilot_diagnostic;
         }
-        let why = self.topics.why_no_pose(self.places.missing(), self.aggregator.refused());
+        let missing = match self.places.source() {
+            Localization::Tf => Some(self.frames.why_no_pose(self.stamp_of(now, now.mission.0))),
+            _ => self.places.missing().map(str::to_owned),
+        };
+        let why = self.topics.why_no_pose(missing.as_deref(), self.aggregator.refused());
         PilotDiagnostic { message: format!("{NO_POSE}: {why}"), ..pilot_diagnostic }
     }
 
@@ -425,6 +466,16 @@ impl Vehicle {
     fn in_frame(&self, pose: &Pose) -> dragnet_ros2::input::PlanarPose {
         planar(&self.places.in_frame(pose))
     }
+}
+
+/// When an image was taken, and the frame that it names.
+struct Taken {
+    /// Nanoseconds of mission time.
+    time_ns: u64,
+    /// The same by the clock of stamps.
+    stamp_ns: i64,
+    /// May be empty.
+    frame: String,
 }
 
 fn of_box(found: &DetectedBox) -> DetectionBox {

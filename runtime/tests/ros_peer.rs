@@ -129,6 +129,7 @@ async fn messages_of_the_other_client_are_received() {
             Incoming::Image { .. } => "image",
             Incoming::Goals(_) => "goals",
             Incoming::Rejected { .. } => "refused",
+            other => panic!("{other:?}"),
         };
         received.insert(name, next);
     }
@@ -176,6 +177,11 @@ fn check(received: Incoming) {
         Incoming::Goals(goals) => {
             assert_eq!((goals[0].goal, goals[0].state), (GoalId([7; 16]), GoalState::Succeeded));
         }
+        Incoming::Transforms(_)
+        | Incoming::StaticTransforms(_)
+        | Incoming::CameraInfo { .. }
+        | Incoming::Stop(_)
+        | Incoming::Battery(_) => panic!("{received:?}"),
         Incoming::Rejected { topic, reason } => {
             let expected =
                 "node /bot/robot publishes it as std_msgs/msg/String; allowed is sensor_msgs/msg/Image";

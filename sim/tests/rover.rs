@@ -75,8 +75,8 @@ fn scenario_on(map: &str, remaining: f64, cell_meters: f64) -> Scenario {
 fn settings(conditions: Conditions) -> Settings {
     let camera = |&yaw_degrees| CameraTable {
         name: format!("at {yaw_degrees}"),
-        field_of_view_degrees: 125.0,
-        yaw_degrees,
+        field_of_view_degrees: Some(125.0),
+        yaw_degrees: Some(yaw_degrees),
         min_range_meters: 1.0,
         max_range_meters: conditions.range_meters,
         ..CameraTable::wide()

@@ -65,7 +65,7 @@ fn printed_settings_and_shipped_examples_are_valid() {
         let reported = place.succeed(&["check", "printed.toml"]);
         assert!(reported.contains("printed.toml: ok: ") && reported.contains("mission valley"), "{reported}");
     }
-    let examples = ["robot", "vehicle", "coordinator", "sim", "valley"];
+    let examples = ["robot", "vehicle", "nav2", "coordinator", "sim", "valley"];
     let examples = examples.map(|name| root().join(format!("deploy/examples/{name}.toml")));
     let paths: Vec<&str> = examples.iter().map(|path| path.to_str().unwrap()).collect();
     let reported = place.succeed(&[&["check"], &paths[..]].concat());

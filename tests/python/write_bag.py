@@ -1,11 +1,12 @@
 """Records a drive as `ros2 bag record --storage mcap` would, with a writer that is not ours.
 
-Usage: write_bag.py FOLDER [images | stamps] < {"name": "its ros2msg schema", ...}
+Usage: write_bag.py FOLDER [images | stamps | tf] < {"name": "its ros2msg schema", ...}
 
 The bag is FOLDER, which must not exist; its recording is FOLDER/NAME.mcap. A vehicle drives through a test_site at 10 m/s, first
 along its southern edge and then north. Three cameras look around it, each a third, and see the one object: their detector's
 boxes are recorded or, with `images`, what they show, the object in red. For three seconds no odometry comes. `/fix` is no
-fix. With `stamps`, those of camera 1 are 20 s old, and those of camera 2 stand still.
+fix. With `stamps`, those of camera 1 are 20 s old, and those of camera 2 stand still. With `tf`, `/tf` takes the
+place of `/odom`, `/tf_static` says how the cameras are mounted, and each has its `camera_info`.
 """
 
 import json
@@ -52,6 +53,10 @@ def column(x, y, heading, yaw):
     return column if WIDE / 2 < column < COLUMNS - WIDE / 2 else None
 
 
+def yaw(radians):
+    return 0.0, 0.0, math.sin(radians / 2), math.cos(radians / 2)
+
+
 class Messages:
     def __init__(self, schemas):
         self.store = get_typestore(Stores.ROS2_JAZZY)
@@ -84,15 +89,63 @@ class Messages:
             twist=self.make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=unknown),
         )
 
-    def boxes(self, time_ns, column):
+    def transform(self, time_ns, parent, child, turn, x=0.0, y=0.0):
+        i, j, k, w = turn
+        return self.make(
+            "geometry_msgs/msg/TransformStamped",
+            header=self.header(time_ns, parent),
+            child_frame_id=child,
+            transform=self.make(
+                "geometry_msgs/msg/Transform",
+                translation=self.make("geometry_msgs/msg/Vector3", x=x, y=y, z=0.0),
+                rotation=self.make("geometry_msgs/msg/Quaternion", x=i, y=j, z=k, w=w),
+            ),
+        )
+
+    def transforms(self, *transforms):
+        return self.make("tf2_msgs/msg/TFMessage", transforms=list(transforms))
+
+    def place(self, time_ns, x, y, heading):
+        """Odometry's frame is 5 m east of the map's."""
+        return self.transforms(
+            self.transform(time_ns, "map", "odom", yaw(0.0), x=5.0),
+            self.transform(time_ns, "odom", "base_link", yaw(heading), x=x - 5.0, y=y),
+        )
+
+    def mounting(self, time_ns):
+        """Each camera's link looks where the camera does; its optical frame has z forward."""
+        links = [self.transform(time_ns, "base_link", f"link_{n}", yaw(turn)) for n, turn in enumerate(YAWS)]
+        optical = [self.transform(time_ns, f"link_{n}", f"camera_{n}", (-0.5, 0.5, -0.5, 0.5)) for n in range(3)]
+        return self.transforms(*links, *optical)
+
+    def calibration(self, time_ns, frame):
+        focal, columns, rows = FOCAL_COLUMNS, COLUMNS / 2 - 0.5, ROWS / 2 - 0.5
+        return self.make(
+            "sensor_msgs/msg/CameraInfo",
+            header=self.header(time_ns, frame),
+            height=ROWS,
+            width=COLUMNS,
+            distortion_model="plumb_bob",
+            d=np.zeros(5),
+            k=np.array([focal, 0.0, columns, 0.0, focal, rows, 0.0, 0.0, 1.0]),
+            r=np.eye(3).reshape(-1),
+            p=np.zeros(12),
+            binning_x=0,
+            binning_y=0,
+            roi=self.make(
+                "sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False
+            ),
+        )
+
+    def boxes(self, time_ns, column, frame="camera"):
         found = []
         if column is not None:
             point = self.make("vision_msgs/msg/Point2D", x=column, y=ROWS / 2)
             center = self.make("vision_msgs/msg/Pose2D", position=point, theta=0.0)
             bbox = self.make("vision_msgs/msg/BoundingBox2D", center=center, size_x=float(WIDE), size_y=float(TALL))
-            header = self.header(time_ns, "camera")
+            header = self.header(time_ns, frame)
             found.append(self.make("vision_msgs/msg/Detection2D", header=header, results=[], bbox=bbox, id=""))
-        header = self.header(time_ns, "camera")
+        header = self.header(time_ns, frame)
         return self.make("vision_msgs/msg/Detection2DArray", header=header, detections=found)
 
     def image(self, time_ns, column):
@@ -114,6 +167,7 @@ class Messages:
 
 def main():
     folder, has_images, has_bad_stamps = Path(sys.argv[1]), "images" in sys.argv[2:], "stamps" in sys.argv[2:]
+    has_tf = "tf" in sys.argv[2:]
     messages = Messages(json.load(sys.stdin))
     with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = {}
@@ -124,14 +178,22 @@ def main():
                 topics[topic] = writer.add_connection(topic, name, typestore=messages.store)
             writer.write(topics[topic], time_ns, messages.store.serialize_cdr(message, name))
 
+        if has_tf:
+            say("/tf_static", START_NS, messages.mounting(START_NS))
         for seconds, x, y, heading in drive():
             time_ns = START_NS + round(seconds * 1e9)
-            if not SILENT_SECONDS[0] <= seconds < SILENT_SECONDS[1]:
+            if has_tf and not SILENT_SECONDS[0] <= seconds < SILENT_SECONDS[1]:
+                say("/tf", time_ns, messages.place(time_ns, x, y, heading))
+            elif not has_tf and not SILENT_SECONDS[0] <= seconds < SILENT_SECONDS[1]:
                 say("/odom", time_ns, messages.odometry(time_ns, x, y, heading))
             for number, yaw in enumerate(YAWS) if round(seconds * HERTZ) % PLACES_PER_LOOK == 0 else []:
                 seen = column(x, y, heading, yaw)
                 stamp_ns = [time_ns, time_ns - 20 * 10**9, START_NS + 10**9][number] if has_bad_stamps else time_ns
-                if has_images:
+                if has_tf:
+                    frame = f"camera_{number}"
+                    say(f"/{frame}/camera_info", time_ns, messages.calibration(stamp_ns, frame))
+                    say(f"/{frame}/detections", time_ns, messages.boxes(stamp_ns, seen, frame))
+                elif has_images:
                     say(f"/camera_{number}/image", time_ns, messages.image(stamp_ns, seen))
                 else:
                     say(f"/camera_{number}/detections", time_ns, messages.boxes(stamp_ns, seen))

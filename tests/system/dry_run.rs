@@ -148,6 +148,40 @@ fn a_robot_replays_a_recording_and_prints_its_actions() {
     assert_eq!(left, ["drive", "test_site.toml", "vehicle.toml"], "nothing is written");
 }
 
+/// The same drive, of which transforms and calibrations say what the settings do not.
+#[test]
+fn a_robot_replays_transforms_and_calibrations() {
+    let cameras = [0, 1, 2].map(|number| {
+        format!(
+            "[[vehicle.cameras]]\nname = \"camera_{number}\"\nmin_range_meters = 0.5\nmax_range_meters = 80.0\n\
+             column_std_pixels = 1.0\n[[ros.cameras]]\nname = \"camera_{number}\"\n\
+             detections = \"camera_{number}/detections\"\ncamera_info = \"camera_{number}/camera_info\"\n"
+        )
+    });
+    let by_hand = settings("detections", "");
+    let (begin, _) = by_hand.split_once("[[vehicle.cameras]]").unwrap();
+    let tf = "localization = \"tf\"\n";
+    let begin = begin.replace("localization = \"odometry\"\nodometry_frame = \"map\"\n", tf);
+    assert!(begin.contains(tf), "{begin}");
+    let reported = Place::new(&format!("{begin}{}", cameras.concat()), &["tf"]).succeed();
+    let found = where_found(lines(&reported, "finds")[0]);
+    assert_eq!(lines(&reported, "finds").len(), 1, "{reported}");
+    assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{reported}");
+    let silent = "pose: no pose arrives: /tf: the newest transform from \"map\" to \"odom\" is 1.1 s old";
+    let silent = lines(&reported, "error").into_iter().filter(|line| *line == silent).count();
+    assert_eq!(silent, 1, "{reported}");
+    let rows: Vec<String> =
+        reported.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    for row in [
+        "/tf tf2_msgs/msg/TFMessage 412 0",
+        "/tf_static tf2_msgs/msg/TFMessage 1 0",
+        "/camera_0/camera_info sensor_msgs/msg/CameraInfo 236 0",
+        "/camera_0/detections vision_msgs/msg/Detection2DArray 236 30",
+    ] {
+        assert!(rows.contains(&row.to_owned()), "{row}: {reported}");
+    }
+}
+
 /// Messages rejected late in the chain are counted with their topic.
 #[test]
 fn invalid_frames_are_counted_for_any_reason() {

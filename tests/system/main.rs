@@ -23,6 +23,7 @@ mod localization;
 mod logs;
 #[path = "../mentions/mod.rs"]
 mod mentions;
+mod nav2;
 mod networks;
 mod one_number;
 mod policies;

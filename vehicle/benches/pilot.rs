@@ -33,8 +33,8 @@ impl Ride {
         let terrain = Terrain::new(grid, CELL_METERS, vec![Ground::OPEN; grid.cell_count()]).unwrap();
         let camera = |name: &str, yaw_degrees| CameraTable {
             name: name.to_owned(),
-            field_of_view_degrees: 125.0,
-            yaw_degrees,
+            field_of_view_degrees: Some(125.0),
+            yaw_degrees: Some(yaw_degrees),
             ..CameraTable::wide()
         };
         let settings = Settings {
@@ -73,8 +73,8 @@ impl Ride {
         let pose = self.pose();
         let bearing = |object: &Vector2<f64>| {
             let bearing = wrapped_radians(bearing_radians(pose.position_meters(), *object));
-            let beside = wrapped_radians(bearing - camera.yaw_degrees.to_radians()).abs();
-            (beside < camera.field_of_view_degrees.to_radians() / 2.0).then_some(bearing)
+            let beside = wrapped_radians(bearing - camera.yaw_degrees.unwrap_or(0.0).to_radians()).abs();
+            (beside < camera.field_of_view_degrees.unwrap_or(0.0).to_radians() / 2.0).then_some(bearing)
         };
         Event::Frame(CameraFrame {
             time_ns: self.now_ns(),

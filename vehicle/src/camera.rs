@@ -2,14 +2,19 @@
 //!
 //! A pinhole: the bearing of a column `u` is `atan((u - width / 2) / f)` to the right of the middle, with the focal
 //! length `f = (width / 2) / tan(field_of_view / 2)` in pixels. Lens distortion must be removed before, and heights are
-//! not used: a camera measures bearings only.
+//! not used: a camera measures bearings only. A camera that is measured, with its distortion and tilt, is a
+//! [`MountedCamera`].
 
 mod attitude;
 mod boxes;
+mod lens;
+mod mounted;
 mod view;
 
 pub use attitude::Attitude;
 pub use boxes::{BoxRefusal, DetectionBox, Detections, TooManyBoxes};
+pub use lens::{Distortion, Lens};
+pub use mounted::{CameraRanges, MountedCamera, MountedError};
 pub use view::{View, ViewError};
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -52,6 +57,16 @@ pub enum CameraError {
     /// The name is empty.
     #[error("a camera has no name")]
     NoName,
+    /// Neither its table nor the vehicle's network says it.
+    #[error(
+        "camera {name}: {key} is missing, which only a camera of a network with its `camera_info` can be without"
+    )]
+    Missing {
+        /// Name of the camera.
+        name: String,
+        /// The key.
+        key: &'static str,
+    },
     /// The image has no pixels.
     #[error("camera {name}: an image of {width} x {height} pixels holds nothing")]
     NoPixels {

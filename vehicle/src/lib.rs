@@ -8,6 +8,8 @@
 //! 4. [`evidence`]: from positions of objects to readings of cells;
 //! 5. [`calibration`]: the precision of readings, from readings with known truth.
 //!
+//! [`frames`] says how parts of the vehicle, and the vehicle on the map, stand to each other over time.
+//!
 //! [`dragnet_lattice`] plans paths that the vehicle can drive. [`pilot`] combines all of this, between the vehicle's
 //! sensors and its agent, by its [`settings`].
 
@@ -15,6 +17,7 @@ pub mod assignment;
 pub mod calibration;
 pub mod camera;
 pub mod evidence;
+pub mod frames;
 #[cfg(test)]
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;

@@ -41,7 +41,7 @@ use dragnet_search::terrain::Terrain;
 use crate::camera::Camera;
 use crate::evidence::finds::Find;
 use crate::evidence::{EvidenceError, Seen, standing_cell};
-use crate::settings::{Checked, FaultResponse, nanoseconds};
+use crate::settings::{Checked, FaultResponse, MeasuredCamera, nanoseconds};
 use crate::tracker::settings::SettingsError as TrackerError;
 use diagnostic::{Conditions, Fault, NO_POSE, Subject};
 use dragnet_lattice::costmap::CostMap;
@@ -54,7 +54,10 @@ use perception::Perception;
 use route::Route;
 use standing::Standing;
 
-pub use event::{Action, CameraDetections, CameraFrame, Event, InputSource, PoseEstimate, Report};
+pub use event::{
+    Action, CameraDetections, CameraFrame, Event, InputSource, Interlock, InterlockFault, PoseEstimate,
+    Report,
+};
 
 /// Distance to the center of a run's last cell at which the next run begins, cells: corners are cut by no more, so that
 /// the vehicle keeps to its route's cells.
@@ -140,15 +143,22 @@ impl Pilot {
         actions
     }
 
-    /// The camera with this name.
+    /// The camera with this name, if the settings describe it.
     #[must_use]
     pub fn camera(&self, name: &str) -> Option<&Camera> {
         self.settings.cameras.iter().map(|(camera, _)| camera).find(|camera| camera.settings().name == name)
     }
 
+    /// Cameras that the vehicle's network describes, at least in part: their frames bring the camera.
+    #[must_use]
+    pub fn measured_cameras(&self) -> &[MeasuredCamera] {
+        &self.settings.measured_cameras
+    }
+
     /// The cameras' names.
     pub fn cameras(&self) -> impl Iterator<Item = &str> {
-        self.settings.cameras.iter().map(|(camera, _)| camera.settings().name.as_str())
+        let described = self.settings.cameras.iter().map(|(camera, _)| camera.settings().name.as_str());
+        described.chain(self.measured_cameras().iter().map(MeasuredCamera::name))
     }
 
     /// All tracks.
@@ -224,6 +234,11 @@ impl Pilot {
             }
             Event::Declared(cells) => self.perception.set_declared(cells),
             Event::Drive(report) => self.receive(report, actions),
+            Event::Interlock(interlock, Some(InterlockFault { kind, message })) => {
+                self.ill(Subject::Interlock(interlock), Fault::new(kind, &message, &[]), actions);
+            }
+            // Whoever lets the vehicle go on expects that it does.
+            Event::Interlock(interlock, None) => self.cured(&Subject::Interlock(interlock), actions),
             Event::Tick => self.process_frames(now_ns, actions),
         }
     }

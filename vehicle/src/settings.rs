@@ -4,8 +4,10 @@
 //! and converts them for the rest of this crate; each error names the key, its value, and the allowed values. The
 //! descriptions here are also those of the reference of settings (`docs/settings.md`).
 
+mod cameras;
 mod check;
 
+pub use cameras::{Measured, MeasuredCamera};
 pub(crate) use check::nanoseconds;
 pub use check::{Checked, Motion, SettingsError, Source};
 
@@ -43,31 +45,36 @@ pub struct CameraTable {
     /// Name of the camera in detections; not empty.
     #[schemars(extend("examples" = ["front"]))]
     pub name: String,
-    /// Columns of the images that boxes refer to, pixels, at least 1.
+    /// Columns of the images that boxes refer to, pixels, at least 1. Left out, with the next two, if the camera's calibration
+    /// comes from its network (`camera_info` of `ros.cameras`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("examples" = [1920]))]
-    pub width_pixels: u32,
+    pub width_pixels: Option<u32>,
     /// Rows of those images, pixels, at least 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("examples" = [1080]))]
-    pub height_pixels: u32,
+    pub height_pixels: Option<u32>,
     /// Angle between the left and the right edge of an image, degrees, above 0 and below 180.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("examples" = [63.0]))]
-    pub field_of_view_degrees: f64,
-    /// Position forward of the reference point, meters.
-    #[serde(default)]
-    pub x_meters: f64,
-    /// Position left of the reference point, meters.
-    #[serde(default)]
-    pub y_meters: f64,
-    /// Viewing direction, degrees counter-clockwise from forward.
-    #[serde(default)]
-    pub yaw_degrees: f64,
-    /// Height above the ground, meters, 0 to 1000. It bounds how near the ground is seen; with 0 the ground is seen from
-    /// `min_range_meters` on.
-    #[serde(default)]
-    pub z_meters: f64,
-    /// Angle below the horizon, degrees, between -90 and 90.
-    #[serde(default)]
-    pub pitch_degrees: f64,
+    pub field_of_view_degrees: Option<f64>,
+    /// Position forward of the reference point, meters; by default 0. Left out, with the next four, if the camera's mounting
+    /// comes from its network (`mounting` of `ros.cameras`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x_meters: Option<f64>,
+    /// Position left of the reference point, meters; by default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y_meters: Option<f64>,
+    /// Viewing direction, degrees counter-clockwise from forward; by default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_degrees: Option<f64>,
+    /// Height above the ground, meters, 0 to 1000; by default 0. It bounds how near the ground is seen; with 0 the ground is
+    /// seen from `min_range_meters` on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_meters: Option<f64>,
+    /// Angle below the horizon, degrees, between -90 and 90; by default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch_degrees: Option<f64>,
     /// Shortest range of a detection, meters, above 0.
     #[serde(default = "min_range_meters")]
     pub min_range_meters: f64,
@@ -255,14 +262,14 @@ impl CameraTable {
     fn ahead(name: &str, field_of_view_degrees: f64, max_range_meters: f64) -> Self {
         Self {
             name: name.to_owned(),
-            width_pixels: 2660,
-            height_pixels: 1516,
-            field_of_view_degrees,
-            x_meters: 0.0,
-            y_meters: 0.0,
-            yaw_degrees: 0.0,
-            z_meters: 0.0,
-            pitch_degrees: 0.0,
+            width_pixels: Some(2660),
+            height_pixels: Some(1516),
+            field_of_view_degrees: Some(field_of_view_degrees),
+            x_meters: None,
+            y_meters: None,
+            yaw_degrees: None,
+            z_meters: None,
+            pitch_degrees: None,
             min_range_meters: min_range_meters(),
             max_range_meters,
             column_std_pixels: column_std_pixels(),

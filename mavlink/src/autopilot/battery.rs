@@ -11,7 +11,7 @@ const MAX_BATTERIES: usize = 16;
 
 /// The batteries of a vehicle, by number.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Batteries {
+pub struct Batteries {
     charges: BTreeMap<u8, Charge>,
 }
 
@@ -28,7 +28,7 @@ impl Batteries {
     ///
     /// # Errors
     /// If no battery can have it: what is wrong.
-    pub(super) fn read(&mut self, now_ns: u64, number: u8, percent: i8) -> Result<(), String> {
+    pub fn read(&mut self, now_ns: u64, number: u8, percent: i8) -> Result<(), String> {
         let percent = i16::from(percent);
         if percent == -1 {
             return Ok(());
@@ -56,7 +56,8 @@ impl Batteries {
     }
 
     /// The lowest charge, percent, if any is known.
-    pub(super) fn lowest_percent(&self) -> Option<i16> {
+    #[must_use]
+    pub fn lowest_percent(&self) -> Option<i16> {
         self.charges.values().map(|charge| charge.percent).min()
     }
 }

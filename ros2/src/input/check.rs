@@ -4,10 +4,12 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use super::InputError;
-use crate::wire::standard::{Header, Time};
+use crate::wire::standard::{Header, Quaternion, Time};
 
 /// The longest name of a frame or a class, bytes.
 const MAX_TEXT_BYTES: usize = 256;
+/// The norm of a rotation's quaternion is 1, up to rounding.
+const ROTATION_LENGTH: RangeInclusive<f64> = 0.99..=1.01;
 const NANOSECONDS: u32 = 1_000_000_000;
 
 /// Checks the fields of one message.
@@ -55,6 +57,17 @@ impl Check {
 
     pub(super) fn text<'a>(self, field: &str, text: &'a str) -> Result<&'a str, InputError> {
         self.at_most(field, text.len(), MAX_TEXT_BYTES).map(|()| text)
+    }
+
+    /// A rotation.
+    pub(super) fn rotation(self, field: &str, quaternion: Quaternion) -> Result<Quaternion, InputError> {
+        let Quaternion { x, y, z, w } = quaternion;
+        let length = (x * x + y * y + z * z + w * w).sqrt();
+        if ROTATION_LENGTH.contains(&length) {
+            Ok(quaternion)
+        } else {
+            self.refused(field, format!("({x}, {y}, {z}, {w})"), "a quaternion of length 1")
+        }
     }
 
     /// Unix nanoseconds.

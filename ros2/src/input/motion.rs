@@ -1,7 +1,5 @@
 //! A robot's pose and velocity, reduced to the plane.
 
-use std::ops::RangeInclusive;
-
 use dragnet_scenario::map_file::{GeoPoint, Georeference};
 
 use super::InputError;
@@ -9,8 +7,6 @@ use super::check::Check;
 use crate::schema::RosMessage;
 use crate::wire::{robot, standard};
 
-/// The norm of a rotation's quaternion is 1, up to rounding.
-const ROTATION_LENGTH: RangeInclusive<f64> = 0.99..=1.01;
 /// The first entry by which drivers mark an unknown covariance.
 const UNKNOWN: f64 = -1.0;
 /// Rounding tolerance of a covariance, as a share of the variances.
@@ -158,11 +154,7 @@ impl Check {
 
     /// The yaw of a quaternion in the decomposition into yaw, pitch and roll.
     fn yaw_radians(self, field: &str, quaternion: standard::Quaternion) -> Result<f64, InputError> {
-        let standard::Quaternion { x, y, z, w } = quaternion;
-        let length = (x * x + y * y + z * z + w * w).sqrt();
-        if !ROTATION_LENGTH.contains(&length) {
-            return self.refused(field, format!("({x}, {y}, {z}, {w})"), "a quaternion of length 1");
-        }
+        let standard::Quaternion { x, y, z, w } = self.rotation(field, quaternion)?;
         Ok((2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z))
     }
 

@@ -6,19 +6,10 @@ use proptest::prelude::*;
 use super::*;
 use crate::mentions::assert_mentions;
 use crate::wire::robot::{GoalInfo, PoseWithCovariance};
-use crate::wire::standard::{Header, MapMetaData, OccupancyGrid, Point, Pose, Quaternion, Time};
+use crate::wire::standard::{
+    Header, MapMetaData, OccupancyGrid, Point, Pose, Quaternion, TFMessage, Time, TransformStamped,
+};
 use crate::wire::vision::{Detection2D, Detection2DArray, ObjectHypothesisWithPose};
-
-const ALL: [InputKind; 8] = [
-    InputKind::Odometry,
-    InputKind::Pose,
-    InputKind::Fix,
-    InputKind::Map,
-    InputKind::Detections,
-    InputKind::Image,
-    InputKind::CompressedImage,
-    InputKind::Goals,
-];
 
 fn header() -> Header {
     Header { stamp: Time { sec: 3, nanosec: 4 }, frame_id: "map".into() }
@@ -347,9 +338,147 @@ fn a_message_of_another_type_is_rejected() {
 
 #[test]
 fn too_long_messages_are_not_even_decoded() {
-    for kind in ALL {
+    for kind in InputKind::ALL {
         let error = kind.understand(&vec![0; kind.max_bytes() + 1]).unwrap_err().to_string();
         assert!(error.contains(&format!("allowed are at most {}", kind.max_bytes())), "{error}");
+    }
+}
+
+fn transform(parent: &str, child: &str) -> TransformStamped {
+    let header = Header { frame_id: parent.into(), ..header() };
+    TransformStamped { header, child_frame_id: child.into(), ..TransformStamped::default() }
+}
+
+#[test]
+fn of_the_transforms_of_a_message_each_is_checked() {
+    let mut spoiled = [(); 6].map(|()| transform("map", "odom"));
+    spoiled[0].transform.rotation.w = f64::NAN;
+    spoiled[1].transform.rotation.x = 1.0;
+    spoiled[2].transform.translation.z = f64::INFINITY;
+    spoiled[3].child_frame_id = "/".into();
+    spoiled[4].header.frame_id = "long".repeat(65);
+    spoiled[5].header.stamp.nanosec = 1_000_000_000;
+    let good = transform("/odom", "base_link");
+    let transforms = spoiled.into_iter().chain([good]).collect();
+    for kind in [InputKind::Transforms, InputKind::StaticTransforms] {
+        let read = understand(kind, &TFMessage { transforms: Vec::clone(&transforms) }).unwrap();
+        let (Input::Transforms(read) | Input::StaticTransforms(read)) = read else { panic!() };
+        let expected = Transform {
+            stamp_unix_ns: 3_000_000_004,
+            parent: "/odom".to_owned(),
+            child: "base_link".to_owned(),
+            translation_meters: [0.0; 3],
+            rotation: [0.0, 0.0, 0.0, 1.0],
+        };
+        assert_eq!(read.valid, [expected]);
+        let reasons = [
+            "\"map\" to \"odom\": rotation .. NaN .. length 1",
+            "rotation .. (1, 0, 0, 1) .. length 1",
+            "translation.z .. inf",
+            "child_frame_id .. \"/\" .. name of a frame",
+            "header.frame_id .. 260 long",
+            "nanosec",
+        ];
+        assert_eq!(read.rejected.len(), reasons.len());
+        for (found, reason) in read.rejected.iter().zip(reasons) {
+            assert_mentions(found, reason);
+        }
+    }
+    let many = TFMessage { transforms: vec![transform("a", "b"); 1025] };
+    assert!(understand(InputKind::Transforms, &many).unwrap_err().contains("1025 long"));
+}
+
+fn camera_info() -> robot::CameraInfo {
+    robot::CameraInfo {
+        header: header(),
+        height: 480,
+        width: 640,
+        distortion_model: "plumb_bob".into(),
+        d: vec![0.1, -0.2, 0.001, 0.002, 0.03],
+        k: [[500.0, 0.0, 320.0], [0.0, 510.0, 240.0], [0.0, 0.0, 1.0]],
+        ..robot::CameraInfo::default()
+    }
+}
+
+fn calibration(info: &robot::CameraInfo) -> CameraInfo {
+    match understand(InputKind::CameraInfo, info).unwrap() {
+        Input::CameraInfo(read) => read,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_calibration_is_that_of_the_published_image() {
+    let whole = calibration(&camera_info());
+    assert_eq!((whole.width_pixels, whole.height_pixels, whole.frame.as_str()), (640, 480, "map"));
+    assert_eq!((whole.focal_pixels, whole.center_pixels), ([500.0, 510.0], [320.0, 240.0]));
+    assert_eq!(whole.distortion, Distortion::PlumbBob([0.1, -0.2, 0.001, 0.002, 0.03]));
+    let mut part = camera_info();
+    (part.binning_x, part.binning_y) = (2, 2);
+    part.roi =
+        robot::RegionOfInterest { x_offset: 20, y_offset: 40, height: 400, width: 600, do_rectify: false };
+    let part = calibration(&part);
+    assert_eq!((part.width_pixels, part.height_pixels), (300, 200));
+    assert_eq!((part.focal_pixels, part.center_pixels), ([250.0, 255.0], [150.0, 100.0]));
+}
+
+#[test]
+fn distortion_is_that_of_its_model() {
+    let distortion = |model: &str, d: &[f64]| {
+        let info = robot::CameraInfo { distortion_model: model.into(), d: d.to_vec(), ..camera_info() };
+        calibration(&info).distortion
+    };
+    assert_eq!(distortion("plumb_bob", &[0.0; 5]), Distortion::None);
+    assert_eq!(distortion("", &[]), Distortion::None);
+    assert_eq!(
+        distortion("plumb_bob", &[1.0, 2.0, 3.0, 4.0]),
+        Distortion::PlumbBob([1.0, 2.0, 3.0, 4.0, 0.0])
+    );
+    let eight = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
+    assert_eq!(distortion("rational_polynomial", &eight), Distortion::RationalPolynomial(eight));
+    let more = [&eight[..], &[0.0; 4]].concat();
+    assert_eq!(distortion("rational_polynomial", &more), Distortion::RationalPolynomial(eight));
+    // A fisheye lens without coefficients is no pinhole.
+    assert_eq!(distortion("equidistant", &[0.0; 4]), Distortion::Equidistant([0.0; 4]));
+}
+
+#[test]
+fn an_invalid_calibration_is_rejected_with_its_field() {
+    check(
+        InputKind::CameraInfo,
+        &camera_info(),
+        &[
+            (|info| info.k = [[0.0; 3]; 3], "k is all 0 .. not calibrated"),
+            (|info| info.k[0][0] = -1.0, "k[0] is -1"),
+            (|info| info.k[1][1] = f64::NAN, "k[4] is NaN"),
+            (|info| info.k[0][2] = f64::NAN, "k[2] is NaN"),
+            (|info| info.k[0][1] = 0.5, "k[1] is 0.5"),
+            (|info| info.width = 0, "width is 0"),
+            (|info| info.height = u32::MAX, "height is 4294967295"),
+            (|info| info.binning_x = 1000, "width is 640"),
+            (|info| info.distortion_model = "mei".into(), "distortion_model is \"mei\" .. equidistant"),
+            (|info| info.distortion_model = String::new(), "distortion_model is \"\""),
+            (|info| info.d = vec![0.1], "d is [0.1] .. the 5 coefficients of plumb_bob"),
+            (|info| info.d.push(0.1), "the 5 coefficients"),
+            (|info| info.d[2] = f64::NAN, "d[2] is NaN"),
+        ],
+    );
+}
+
+#[test]
+fn a_charge_is_a_share_that_may_be_unknown() {
+    let percent = |percentage: f32| {
+        let battery = robot::BatteryState { percentage, ..robot::BatteryState::default() };
+        match understand(InputKind::Battery, &battery) {
+            Ok(Input::Battery(read)) => Ok(read.percent),
+            Ok(other) => panic!("{other:?}"),
+            Err(error) => Err(error),
+        }
+    };
+    assert_eq!(percent(0.25), Ok(Some(25.0)));
+    assert_eq!(percent(f32::NAN), Ok(None));
+    for wrong in [87.0, -0.5, f32::INFINITY] {
+        assert_mentions(&percent(wrong).unwrap_err(), "percentage .. 0 to 1");
     }
 }
 
@@ -359,7 +488,7 @@ proptest! {
         body in proptest::collection::vec(prop_oneof![Just(0_u8), any::<u8>()], 0..600),
     ) {
         let bytes = [&[0, 1, 0, 0], body.as_slice()].concat();
-        for kind in ALL {
+        for kind in InputKind::ALL {
             let _ = kind.understand(&bytes);
         }
     }

@@ -1,7 +1,7 @@
 //! Definitions of the messages on a robot's own ROS 2 network, from ROS 2 Jazzy, without comments.
 
 /// By package and name.
-pub(super) const DEFINITIONS: [(&str, &str); 26] = [
+pub(super) const DEFINITIONS: [(&str, &str); 30] = [
     ("geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"),
     (
         "geometry_msgs/PoseWithCovarianceStamped",
@@ -57,6 +57,71 @@ pub(super) const DEFINITIONS: [(&str, &str); 26] = [
          uint8[] data\n",
     ),
     ("sensor_msgs/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n"),
+    (
+        "sensor_msgs/RegionOfInterest",
+        "uint32 x_offset\n\
+         uint32 y_offset\n\
+         uint32 height\n\
+         uint32 width\n\
+         bool do_rectify\n",
+    ),
+    (
+        "sensor_msgs/CameraInfo",
+        "std_msgs/Header header\n\
+         uint32 height\n\
+         uint32 width\n\
+         string distortion_model\n\
+         float64[] d\n\
+         float64[9] k\n\
+         float64[9] r\n\
+         float64[12] p\n\
+         uint32 binning_x\n\
+         uint32 binning_y\n\
+         sensor_msgs/RegionOfInterest roi\n",
+    ),
+    ("std_msgs/Bool", "bool data\n"),
+    (
+        "sensor_msgs/BatteryState",
+        "uint8 POWER_SUPPLY_STATUS_UNKNOWN=0\n\
+         uint8 POWER_SUPPLY_STATUS_CHARGING=1\n\
+         uint8 POWER_SUPPLY_STATUS_DISCHARGING=2\n\
+         uint8 POWER_SUPPLY_STATUS_NOT_CHARGING=3\n\
+         uint8 POWER_SUPPLY_STATUS_FULL=4\n\
+         uint8 POWER_SUPPLY_HEALTH_UNKNOWN=0\n\
+         uint8 POWER_SUPPLY_HEALTH_GOOD=1\n\
+         uint8 POWER_SUPPLY_HEALTH_OVERHEAT=2\n\
+         uint8 POWER_SUPPLY_HEALTH_DEAD=3\n\
+         uint8 POWER_SUPPLY_HEALTH_OVERVOLTAGE=4\n\
+         uint8 POWER_SUPPLY_HEALTH_UNSPEC_FAILURE=5\n\
+         uint8 POWER_SUPPLY_HEALTH_COLD=6\n\
+         uint8 POWER_SUPPLY_HEALTH_WATCHDOG_TIMER_EXPIRE=7\n\
+         uint8 POWER_SUPPLY_HEALTH_SAFETY_TIMER_EXPIRE=8\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_UNKNOWN=0\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_NIMH=1\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LION=2\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIPO=3\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIFE=4\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_NICD=5\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIMN=6\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_TERNARY=7\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_VRLA=8\n\
+         std_msgs/Header header\n\
+         float32 voltage\n\
+         float32 temperature\n\
+         float32 current\n\
+         float32 charge\n\
+         float32 capacity\n\
+         float32 design_capacity\n\
+         float32 percentage\n\
+         uint8 power_supply_status\n\
+         uint8 power_supply_health\n\
+         uint8 power_supply_technology\n\
+         bool present\n\
+         float32[] cell_voltage\n\
+         float32[] cell_temperature\n\
+         string location\n\
+         string serial_number\n",
+    ),
     ("unique_identifier_msgs/UUID", "uint8[16] uuid\n"),
     (
         "action_msgs/GoalInfo",

@@ -118,6 +118,92 @@ pub struct CompressedImage {
     pub data: Vec<u8>,
 }
 
+/// `sensor_msgs/msg/RegionOfInterest`: a part of a camera's full image, pixels of that.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RegionOfInterest {
+    /// Columns left of it.
+    pub x_offset: u32,
+    /// Rows above it.
+    pub y_offset: u32,
+    /// Rows; 0 for the full image.
+    pub height: u32,
+    /// Columns; 0 for the full image.
+    pub width: u32,
+    /// Whether the rectified image has the part.
+    pub do_rectify: bool,
+}
+
+/// `sensor_msgs/msg/CameraInfo`: the calibration of a camera. Pixels count from the center of the upper left one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CameraInfo {
+    /// When, and the optical frame: x to the right, y down, z out of the camera.
+    pub header: Header,
+    /// Rows of the full image.
+    pub height: u32,
+    /// Columns of the full image.
+    pub width: u32,
+    /// The model of distortion, such as `plumb_bob`.
+    pub distortion_model: String,
+    /// Its coefficients.
+    pub d: Vec<f64>,
+    /// Pixels from directions: `[fx, 0, cx], [0, fy, cy], [0, 0, 1]`. All 0 if the camera is not calibrated.
+    pub k: [[f64; 3]; 3],
+    /// Rotation to the rectified camera.
+    pub r: [[f64; 3]; 3],
+    /// Pixels of the rectified image from directions.
+    pub p: [[f64; 4]; 3],
+    /// Columns that are combined to one; 0 means 1.
+    pub binning_x: u32,
+    /// Rows that are combined to one; 0 means 1.
+    pub binning_y: u32,
+    /// The part of the full image.
+    pub roi: RegionOfInterest,
+}
+
+/// `std_msgs/msg/Bool`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bool {
+    /// The value.
+    pub data: bool,
+}
+
+/// `sensor_msgs/msg/BatteryState`; NaN where a number is not measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BatteryState {
+    /// When.
+    pub header: Header,
+    /// Volts.
+    pub voltage: f32,
+    /// Degrees Celsius.
+    pub temperature: f32,
+    /// Amperes, negative when discharging.
+    pub current: f32,
+    /// Ampere hours.
+    pub charge: f32,
+    /// Ampere hours, the last full charge.
+    pub capacity: f32,
+    /// Ampere hours, as designed.
+    pub design_capacity: f32,
+    /// Charge, `0..=1`.
+    pub percentage: f32,
+    /// 1 charging, 2 discharging, 3 not charging, 4 full.
+    pub power_supply_status: u8,
+    /// 1 good; others are faults.
+    pub power_supply_health: u8,
+    /// The chemistry.
+    pub power_supply_technology: u8,
+    /// Whether there is a battery.
+    pub present: bool,
+    /// Volts, of each cell.
+    pub cell_voltage: Vec<f32>,
+    /// Degrees Celsius, of each cell.
+    pub cell_temperature: Vec<f32>,
+    /// The slot.
+    pub location: String,
+    /// The serial number.
+    pub serial_number: String,
+}
+
 /// `unique_identifier_msgs/msg/UUID`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Uuid {

@@ -20,16 +20,6 @@ fn hashes_are_those_of_rosbags() {
 /// Every message that is used on a robot's network is checked against rosbags.
 #[test]
 fn every_message_of_a_robots_network_is_among_them() {
-    let inputs = [
-        InputKind::Odometry,
-        InputKind::Pose,
-        InputKind::Fix,
-        InputKind::Map,
-        InputKind::Detections,
-        InputKind::Image,
-        InputKind::CompressedImage,
-        InputKind::Goals,
-    ];
     let outputs = [
         OutputKind::Goal,
         OutputKind::Path,
@@ -38,7 +28,7 @@ fn every_message_of_a_robots_network_is_among_them() {
         OutputKind::Tracks,
         OutputKind::Diagnostics,
     ];
-    let spoken = inputs.map(InputKind::message).into_iter().chain(outputs.map(OutputKind::message));
+    let spoken = InputKind::ALL.map(InputKind::message).into_iter().chain(outputs.map(OutputKind::message));
     for MessageType { name, hash } in spoken {
         assert!(NAMES.contains(&name), "{name}");
         assert_eq!(hash, type_hash(name, &[]), "{name}");

@@ -12,6 +12,7 @@ use dragnet_vehicle::evidence::standing_cell;
 use tokio::time::Instant;
 
 use super::Finding;
+use super::frames::HeardFrames;
 use crate::config::Body;
 use crate::ros::incoming::Incoming;
 use crate::ros::node::Node;
@@ -73,7 +74,8 @@ pub(super) async fn examine(
     listen: Duration,
     tell: &mut dyn FnMut(Finding),
 ) {
-    let Body { ros, moved_by, .. } = body;
+    let Body { ros, moved_by, pilot, .. } = body;
+    let mut frames = HeardFrames::new(&ros, pilot.measured_cameras());
     let (stamps, localization) = (ros.stamps(), ros.localization());
     let mut traffic: BTreeMap<TopicName, Traffic> = ros
         .subscriptions
@@ -94,6 +96,7 @@ pub(super) async fn examine(
         if let Some(traffic) = traffic.get_mut(&topic) {
             traffic.take(&received);
         }
+        frames.take(&received);
         last.take(received, localization);
     }
     let neighbors = node.neighbors().await;
@@ -104,6 +107,7 @@ pub(super) async fn examine(
     for (topic, traffic) in traffic.iter().filter(|(_, traffic)| traffic.is != Use::None) {
         tell(traffic.finding(topic, listen, stamps));
     }
+    frames.findings(listen).into_iter().for_each(&mut *tell);
     last.findings(scenario).into_iter().for_each(&mut *tell);
     tell(listened_to(&node, moved_by).await);
 }
@@ -124,8 +128,15 @@ async fn listened_to(node: &Node, kind: OutputKind) -> Finding {
 impl Use {
     const fn of(kind: InputKind, localization: Localization, moved_by: OutputKind) -> Self {
         match (kind, localization, moved_by) {
+            (InputKind::Odometry, Localization::Tf, _) => Self::None,
             (
-                InputKind::Odometry | InputKind::Detections | InputKind::Image | InputKind::CompressedImage,
+                InputKind::Odometry
+                | InputKind::Detections
+                | InputKind::Image
+                | InputKind::CompressedImage
+                | InputKind::Transforms
+                | InputKind::CameraInfo
+                | InputKind::Stop,
                 ..,
             )
             | (InputKind::Pose, Localization::Pose, _)
@@ -134,6 +145,8 @@ impl Use {
                 Self::Welcome("paths are planned on the scenario's map until one comes")
             }
             (InputKind::Map, ..) => Self::Welcome("it cannot be held against the scenario's map"),
+            (InputKind::StaticTransforms, ..) => Self::Welcome("no frame is fixed to another"),
+            (InputKind::Battery, ..) => Self::Welcome("the charge of the battery is unknown"),
             (InputKind::Goals, _, OutputKind::Goal) => Self::Welcome("no goal was given yet"),
             (InputKind::Pose | InputKind::Fix | InputKind::Goals, ..) => Self::None,
         }
@@ -158,7 +171,14 @@ impl Traffic {
             Incoming::Fix(fix) => Some(fix.stamp_unix_ns),
             Incoming::Detections { detections, .. } => Some(detections.stamp_unix_ns),
             Incoming::Image { image, .. } => Some(image.stamp_unix_ns),
-            Incoming::Map(_) | Incoming::Goals(_) => None,
+            // Localization dates its transforms ahead, and the age of the pose is checked by itself.
+            Incoming::Transforms(_)
+            | Incoming::StaticTransforms(_)
+            | Incoming::CameraInfo { .. }
+            | Incoming::Stop(_)
+            | Incoming::Battery(_)
+            | Incoming::Map(_)
+            | Incoming::Goals(_) => None,
         };
         self.messages += 1;
         if let Some(stamp) = stamp_unix_ns.filter(|_| self.messages > u32::from(self.is_latched)) {

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use dragnet_ros2::input::{Detections, Fix, GoalStatus, Image, Input, Occupancy, Odometry, PoseEstimate};
+use dragnet_ros2::input::{
+    Battery, CameraInfo, Detections, Fix, GoalStatus, Image, Input, Occupancy, Odometry, PoseEstimate,
+    Transforms,
+};
 use dragnet_ros2::name::TopicName;
 
 use super::settings::{Checked, Subscription};
@@ -34,6 +37,21 @@ pub enum Incoming {
     },
     /// The states of Nav2's goals, for [`dragnet_ros2::navigation_goal::NavigationGoal`].
     Goals(Vec<GoalStatus>),
+    /// Where frames are at a time.
+    Transforms(Transforms),
+    /// Where frames are at all times.
+    StaticTransforms(Transforms),
+    /// A camera's calibration.
+    CameraInfo {
+        /// Name of the camera.
+        camera: Arc<str>,
+        /// The calibration.
+        info: CameraInfo,
+    },
+    /// Whether the robot is stopped.
+    Stop(bool),
+    /// The charge of the battery.
+    Battery(Battery),
     /// An invalid message, which does not count.
     Rejected {
         /// The topic.
@@ -74,6 +92,11 @@ impl Checked {
             Input::Detections(detections) => Incoming::Detections { camera: camera(), detections },
             Input::Image(image) => Incoming::Image { camera: camera(), image },
             Input::Goals(received) => Incoming::Goals(received),
+            Input::Transforms(received) => Incoming::Transforms(received),
+            Input::StaticTransforms(received) => Incoming::StaticTransforms(received),
+            Input::CameraInfo(info) => Incoming::CameraInfo { camera: camera(), info },
+            Input::Stop(is_stopped) => Incoming::Stop(is_stopped),
+            Input::Battery(received) => Incoming::Battery(received),
         })
     }
 }

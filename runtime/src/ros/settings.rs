@@ -1,5 +1,8 @@
 //! Settings of a robot's ROS 2 network, and the resulting subscriptions and publishers.
 
+mod cameras;
+mod interlocks;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,10 +11,13 @@ use std::time::Duration;
 use dragnet_ros2::input::InputKind;
 use dragnet_ros2::name::{Namespace, NodeName, TopicName};
 use dragnet_ros2::output::OutputKind;
+use dragnet_vehicle::settings::Measured;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
+pub use cameras::{Camera, Mounting};
+pub use interlocks::{Battery, EmergencyStop};
 
 /// The highest domain of ROS 2.
 const MAX_DOMAIN: u32 = 232;
@@ -41,6 +47,10 @@ pub struct Settings {
     /// Frame of odometry; `map` only if the robot corrects its odometry against the map.
     #[serde(default = "odom")]
     pub odometry_frame: String,
+    /// The vehicle's own frame, whose origin is its reference point, on the ground: of `localization = "tf"`, and of cameras
+    /// whose mounting comes from `tf`.
+    #[serde(default = "base_link")]
+    pub robot_frame: String,
     /// Source of the pose.
     #[serde(default)]
     pub localization: Localization,
@@ -69,6 +79,12 @@ pub struct Settings {
     /// Topics of cameras and of external detectors.
     #[serde(default)]
     pub cameras: Vec<Camera>,
+    /// A topic that stops the robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub emergency_stop: Option<EmergencyStop>,
+    /// The charge of the battery.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub battery: Option<Battery>,
 }
 
 /// Transport of a ROS 2 network.
@@ -92,6 +108,8 @@ pub enum Localization {
     Odometry,
     /// GNSS fixes, with odometry in between whose x axis points east. The map must be georeferenced.
     Fix,
+    /// Transforms from `map_frame` to `robot_frame`, by way of any others, such as odometry's.
+    Tf,
 }
 
 /// Limits of a vehicle's motion by odometry alone, after which it is lost.
@@ -165,13 +183,18 @@ pub struct Subscribe {
     pub map: String,
     /// `action_msgs/GoalStatusArray`, the states of Nav2's goals.
     pub goals: String,
+    /// `tf2_msgs/TFMessage`: transforms, if the pose or the mounting of a camera comes from them.
+    pub tf: String,
+    /// `tf2_msgs/TFMessage`, latched: transforms that hold at all times.
+    pub tf_static: String,
 }
 
 impl Default for Subscribe {
     fn default() -> Self {
-        let [odometry, pose, fix, map, goals] =
-            ["odom", "amcl_pose", "fix", "map", "navigate_to_pose/_action/status"].map(str::to_owned);
-        Self { odometry, pose, fix, map, goals }
+        let [odometry, pose, fix, map, goals, tf, tf_static] =
+            ["odom", "amcl_pose", "fix", "map", "navigate_to_pose/_action/status", "/tf", "/tf_static"]
+                .map(str::to_owned);
+        Self { odometry, pose, fix, map, goals, tf, tf_static }
     }
 }
 
@@ -201,30 +224,16 @@ impl Default for Publish {
     }
 }
 
-/// A camera's topics, at least one.
-#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
-    /// Name of the camera, as in `[[vehicle.cameras]]`.
-    #[schemars(extend("examples" = ["front"]))]
-    pub name: String,
-    /// `vision_msgs/Detection2DArray`: a detector's boxes in the camera's images.
-    #[serde(default)]
-    pub detections: String,
-    /// `sensor_msgs/Image`.
-    #[serde(default)]
-    pub image: String,
-    /// `sensor_msgs/CompressedImage`, JPEG or PNG.
-    #[serde(default)]
-    pub compressed_image: String,
-}
-
 fn node() -> String {
     "dragnet".to_owned()
 }
 
 fn map() -> String {
     "map".to_owned()
+}
+
+fn base_link() -> String {
+    "base_link".to_owned()
 }
 
 fn odom() -> String {
@@ -255,8 +264,11 @@ pub struct Checked {
     localization: Localization,
     pub(crate) uncorrected: Uncorrected,
     stamps: Stamps,
-    pub(super) map_frame: String,
+    pub(crate) map_frame: String,
     pub(super) odometry_frame: String,
+    pub(crate) robot_frame: String,
+    pub(crate) emergency_stop: Option<EmergencyStop>,
+    pub(crate) battery: Option<Battery>,
     pub(super) network: Network,
     pub(crate) subscriptions: Vec<Subscription>,
     pub(crate) publications: BTreeMap<OutputKind, TopicName>,
@@ -305,7 +317,11 @@ impl Settings {
         if *domain > MAX_DOMAIN {
             return Err(format!("ros.domain is {domain}; allowed is 0 to {MAX_DOMAIN}"));
         }
-        for (key, frame) in [("map_frame", &self.map_frame), ("odometry_frame", &self.odometry_frame)] {
+        for (key, frame) in [
+            ("map_frame", &self.map_frame),
+            ("odometry_frame", &self.odometry_frame),
+            ("robot_frame", &self.robot_frame),
+        ] {
             if frame.is_empty() {
                 return Err(format!("ros.{key} is empty; allowed is the name of a frame, such as map"));
             }
@@ -314,6 +330,8 @@ impl Settings {
             let allowed = "a client calls one endpoint in ros.zenoh.connect and listens on none";
             return Err(format!("ros.zenoh: {allowed}; others are of mode = \"peer\""));
         }
+        self.emergency_stop.as_ref().map_or(Ok(()), EmergencyStop::check)?;
+        self.battery.as_ref().map_or(Ok(()), Battery::check)?;
         let names = Names {
             namespace: self.namespace.parse().map_err(|error| format!("ros.namespace: {error}"))?,
             node: self.node.parse().map_err(|error| format!("ros.node: {error}"))?,
@@ -336,12 +354,39 @@ impl Settings {
             stamps: self.stamps,
             map_frame: self.map_frame.clone(),
             odometry_frame: self.odometry_frame.clone(),
+            robot_frame: self.robot_frame.clone(),
+            emergency_stop: self.emergency_stop.clone(),
+            battery: self.battery.clone(),
             network: Network { config, ..zenoh.clone() },
             subscriptions,
             publications,
             namespace: names.namespace,
             node: names.node,
         })
+    }
+
+    /// What the network says of each camera.
+    #[must_use]
+    pub fn measured(&self) -> BTreeMap<String, Measured> {
+        let measured = self.cameras.iter().map(|camera| (camera.name.clone(), camera.measured()));
+        measured.filter_map(|(name, measured)| Some((name, measured?))).collect()
+    }
+
+    /// The topics of transforms, if they are used.
+    fn transforms(&self) -> Result<Vec<(&'static str, InputKind, &str)>, String> {
+        let has_camera = self.cameras.iter().any(|camera| camera.mounting() == Mounting::Tf);
+        if self.localization != Localization::Tf && !has_camera {
+            return Ok(Vec::new());
+        }
+        let Subscribe { tf, tf_static, .. } = &self.subscribe;
+        if tf.is_empty() {
+            let users = "localization = \"tf\", and cameras whose mounting is that of tf";
+            return Err(format!("ros.subscribe.tf is empty; needed is its topic, for {users}"));
+        }
+        Ok(vec![
+            ("subscribe.tf", InputKind::Transforms, tf),
+            ("subscribe.tf_static", InputKind::StaticTransforms, tf_static),
+        ])
     }
 
     fn uncorrected(&self) -> Result<Uncorrected, String> {
@@ -361,14 +406,19 @@ impl Settings {
     }
 
     fn subscriptions(&self, names: &Names) -> Result<Vec<Subscription>, String> {
-        let Subscribe { odometry, pose, fix, map, goals } = &self.subscribe;
-        let own = [
+        let Subscribe { odometry, pose, fix, map, goals, .. } = &self.subscribe;
+        let mut own: Vec<(&str, InputKind, &str)> = vec![
             ("subscribe.odometry", InputKind::Odometry, odometry),
             ("subscribe.pose", InputKind::Pose, pose),
             ("subscribe.fix", InputKind::Fix, fix),
             ("subscribe.map", InputKind::Map, map),
             ("subscribe.goals", InputKind::Goals, goals),
         ];
+        own.extend(self.transforms()?);
+        let stop = self.emergency_stop.as_ref();
+        own.extend(stop.map(|stop| ("emergency_stop.topic", InputKind::Stop, stop.topic.as_str())));
+        let battery = self.battery.as_ref();
+        own.extend(battery.map(|battery| ("battery.topic", InputKind::Battery, battery.topic.as_str())));
         let mut received = Vec::new();
         for (key, kind, name) in own {
             received.extend(names.topic(key, name)?.map(|topic| Subscription {
@@ -401,6 +451,12 @@ impl Settings {
                 let allowed = "detections, image or compressed_image, at least one";
                 return Err(format!("ros.cameras: {name:?} has no topic; allowed are {allowed}"));
             }
+            let info = names.topic("cameras.camera_info", &camera.camera_info)?;
+            received.extend(info.map(|topic| Subscription {
+                topic,
+                kind: InputKind::CameraInfo,
+                camera: name.as_str().into(),
+            }));
         }
         Ok(received)
     }
@@ -440,79 +496,4 @@ impl Names {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mentions::assert_mentions;
-
-    fn check(text: &str) -> Result<Checked, String> {
-        let settings: Settings = toml::from_str(text).map_err(|error| error.to_string())?;
-        settings.check(Path::new("field/robot.toml")).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn omitted_qos_fields_have_the_defaults_of_ros() {
-        let checked = check("transport = 'rmw_zenoh'\nnamespace = 'robot1'").unwrap();
-        let received: Vec<String> =
-            checked.subscriptions.iter().map(|subscription| subscription.topic.to_string()).collect();
-        let status = "/robot1/navigate_to_pose/_action/status";
-        assert_eq!(received, ["/robot1/odom", "/robot1/amcl_pose", "/robot1/fix", "/robot1/map", status]);
-        let published: Vec<String> = checked.publications.values().map(TopicName::to_string).collect();
-        let own = [
-            "/robot1/goal_pose",
-            "/robot1/dragnet/path",
-            "/robot1/dragnet/belief",
-            "/robot1/dragnet/objects",
-            "/robot1/dragnet/tracks",
-        ];
-        assert_eq!(published[..5], own);
-        assert_eq!(published[5..], ["/diagnostics"]);
-        assert_eq!((checked.domain, checked.network.mode), (0, Mode::Client));
-    }
-
-    #[test]
-    fn topics_can_be_left_out_and_cameras_added() {
-        let text = "transport = 'bridge'\nsubscribe = { fix = '', pose = '', map = '', goals = '' }\npublish = { goal = '/goal' }\n\
-                    zenoh.config = 'ros.json5'\n\
-                    cameras = [{ name = 'front', detections = 'front/seen', image = 'front/image_raw' }]";
-        let checked = check(text).unwrap();
-        let received: Vec<(InputKind, &str)> = checked
-            .subscriptions
-            .iter()
-            .map(|subscription| (subscription.kind, &*subscription.camera))
-            .collect();
-        let front = "front";
-        assert_eq!(
-            received,
-            [(InputKind::Odometry, ""), (InputKind::Detections, front), (InputKind::Image, front)]
-        );
-        assert_eq!(checked.publications[&OutputKind::Goal].to_string(), "/goal");
-        assert_eq!(checked.network.config, Some(PathBuf::from("field/ros.json5")));
-    }
-
-    #[test]
-    fn invalid_settings_are_reported_with_their_key() {
-        let refused = |text: &str, reason: &str| {
-            let error = check(&format!("transport = 'bridge'\n{text}")).unwrap_err();
-            assert_mentions(&error, reason);
-        };
-        refused("domain = 233", "field/robot.toml .. ros.domain .. 233 .. 0 to 232");
-        refused("topics = 1", "unknown .. `topics`");
-        refused("subscribe.odom = 'odom'", "unknown .. `odom`");
-        refused("subscribe.odometry = 'a b'", "ros.subscribe.odometry .. \"a b\"");
-        refused("namespace = '1'", "ros.namespace .. \"1\"");
-        refused(
-            "localization_timeout_seconds = 0",
-            "localization_timeout_seconds .. 0 .. above 0, at most 3600",
-        );
-        refused("max_uncorrected_meters = nan", "ros.max_uncorrected_meters .. NaN");
-        refused("map_frame = ''", "ros.map_frame .. empty");
-        refused("publish.goal = 'odom'", "/odom .. twice");
-        refused("zenoh.listen = ['tcp/127.0.0.1:7447']", "client .. one endpoint");
-        refused("zenoh.connect = []", "client .. one endpoint");
-        refused("cameras = [{ name = 'a' }]", "ros.cameras .. \"a\" .. no topic");
-        refused(
-            "cameras = [{ name = 'a', image = 'x' }, { name = 'a', image = 'y' }]",
-            "ros.cameras .. name",
-        );
-    }
-}
+mod tests;

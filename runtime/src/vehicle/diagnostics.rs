@@ -1,5 +1,6 @@
 //! The published diagnostics of a vehicle.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use dragnet_ros2::name::TopicName;
@@ -58,10 +59,27 @@ impl DiagnosticsAggregator {
 
     /// Raises a fault of a subject.
     pub(super) fn note(&mut self, now: MissionTime, subject: &str, message: &str) {
+        self.note_as(now, subject, message.to_owned(), message);
+    }
+
+    /// The same with a message that holds numbers: faults of one kind are reported once.
+    pub(super) fn note_as(
+        &mut self,
+        now: MissionTime,
+        subject: &str,
+        kind: impl Into<Cow<'static, str>>,
+        message: &str,
+    ) {
         let name = name(subject);
-        if self.alarms.raise(now.0, name.clone(), message.to_owned()) {
+        if self.alarms.raise(now.0, name.clone(), kind) {
             self.put(name, Level::Warning, message, Vec::new());
         }
+    }
+
+    /// Shows a state that is no news.
+    pub(super) fn show(&mut self, diagnostic: Diagnostic) {
+        let name = name(&diagnostic.name);
+        self.entries.insert(name.clone(), Diagnostic { name, ..diagnostic });
     }
 
     /// A subject has no fault now.

@@ -104,6 +104,11 @@ impl Places {
         Self { source, limits, map, earth, trail, waiting, anchor: None, missing }
     }
 
+    /// Where positions come from.
+    pub(super) const fn source(&self) -> Localization {
+        self.source
+    }
+
     /// The pose of the search's map in the network's frame.
     pub(super) const fn map(&self) -> &Pose {
         &self.map
@@ -126,6 +131,9 @@ impl Places {
 
     pub(super) fn odometry(&mut self, at: Moment, odometry: &Odometry) -> Option<Located> {
         let here = posed(odometry.place.pose);
+        if self.source == Localization::Tf {
+            return None;
+        }
         if self.source == Localization::Odometry {
             return Some(located(at, self.on_map(&here), sureness(odometry.place.covariance)));
         }
@@ -141,6 +149,11 @@ impl Places {
             return None;
         }
         Some(located(at, anchor.map_from_odometry.of_part(&here), anchor.sureness))
+    }
+
+    /// A pose by transforms, in the network's frame; it has no covariance.
+    pub(super) fn transformed(&self, at: Moment, pose: &Pose) -> Located {
+        located(at, self.on_map(pose), Sureness::default())
     }
 
     /// Adds a pose on the map.

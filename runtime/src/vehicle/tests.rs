@@ -1,5 +1,7 @@
 //! A vehicle without its network: events in, effects out.
 
+mod network;
+
 use std::path::Path;
 
 use dragnet_lattice::plane::bearing_radians;

@@ -14,6 +14,7 @@ use crate::ros::settings::{Checked, Localization};
 /// The topics of a vehicle.
 #[derive(Clone, Debug)]
 pub(super) struct Topics {
+    /// `None` if transforms say it too.
     odometry: Option<TopicName>,
     /// That of poses or fixes; `None` if only odometry is used.
     localization: Option<TopicName>,
@@ -31,10 +32,11 @@ impl Topics {
         let localization = match ros.localization() {
             Localization::Pose => of(InputKind::Pose),
             Localization::Fix => of(InputKind::Fix),
+            Localization::Tf => of(InputKind::Transforms),
             Localization::Odometry => None,
         };
         Self {
-            odometry: of(InputKind::Odometry),
+            odometry: of(InputKind::Odometry).filter(|_| ros.localization() != Localization::Tf),
             localization,
             located_by: None,
             cameras: BTreeMap::new(),
@@ -50,13 +52,20 @@ impl Topics {
         }
         self.bad.remove(topic);
         match received {
-            Incoming::Odometry(_) | Incoming::Pose(_) | Incoming::Fix(_) => {
+            Incoming::Odometry(_) if self.odometry.is_none() => {}
+            Incoming::Odometry(_) | Incoming::Pose(_) | Incoming::Fix(_) | Incoming::Transforms(_) => {
                 self.located_by = Some(topic.clone());
             }
             Incoming::Detections { camera, .. } | Incoming::Image { camera, .. } => {
                 self.cameras.insert(Arc::clone(camera), topic.clone());
             }
-            Incoming::Map(_) | Incoming::Goals(_) | Incoming::Rejected { .. } => {}
+            Incoming::Map(_)
+            | Incoming::Goals(_)
+            | Incoming::StaticTransforms(_)
+            | Incoming::CameraInfo { .. }
+            | Incoming::Stop(_)
+            | Incoming::Battery(_)
+            | Incoming::Rejected { .. } => {}
         }
     }
 

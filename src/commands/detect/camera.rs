@@ -25,5 +25,6 @@ pub(super) fn sized(
     width_pixels: u32,
     height_pixels: u32,
 ) -> Result<Camera, CameraError> {
-    CameraTable { width_pixels, height_pixels, ..table.clone() }.camera()
+    CameraTable { width_pixels: Some(width_pixels), height_pixels: Some(height_pixels), ..table.clone() }
+        .camera()
 }

@@ -71,17 +71,25 @@ impl Camera {
     }
 
     fn column_of(&self, detection_box: &DetectionBox) -> Result<f64, BoxRefusal> {
-        let &DetectionBox { left, top, right, bottom } = detection_box;
+        let size = [self.settings.width_pixels, self.settings.height_pixels];
+        detection_box.center(size).map(|[column, _]| column)
+    }
+}
+
+impl DetectionBox {
+    /// Column and row of its center, if it is a box of an image of this size, columns and rows.
+    pub(super) fn center(&self, size: [u32; 2]) -> Result<[f64; 2], BoxRefusal> {
+        let &Self { left, top, right, bottom } = self;
         if ![left, top, right, bottom].into_iter().all(f64::is_finite) {
             return Err(BoxRefusal::NotANumber);
         }
         if right <= left || bottom <= top {
             return Err(BoxRefusal::Empty);
         }
-        let (width, height) = (f64::from(self.settings.width_pixels), f64::from(self.settings.height_pixels));
+        let [width, height] = size.map(f64::from);
         if left < 0.0 || top < 0.0 || right > width || bottom > height {
             return Err(BoxRefusal::OutsideImage);
         }
-        Ok(f64::midpoint(left, right))
+        Ok([f64::midpoint(left, right), f64::midpoint(top, bottom)])
     }
 }

@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use super::Interlock;
 use super::alarms::Alarms;
 use crate::settings::{FaultResponse, OnFault};
 
@@ -26,7 +27,7 @@ pub struct Diagnostic {
     /// The severity.
     pub level: Level,
     /// The subject: `pose`, `clock`, `map`, `path`, `ground`, `camera NAME`, `silence of NAME`,
-    /// `false alarms of NAME`, `lens of NAME`, `objects`.
+    /// `false alarms of NAME`, `lens of NAME`, `objects`, `emergency stop`, `battery`.
     pub name: String,
     /// What happened, in a sentence.
     pub message: String,
@@ -56,6 +57,7 @@ pub(super) enum Subject {
     FalseAlarms(String),
     /// A camera with detections that turn with it.
     Lens(String),
+    Interlock(Interlock),
 }
 
 /// A fault.
@@ -85,7 +87,7 @@ impl Subject {
             Self::Camera(_) | Self::FalseAlarms(_) | Self::Lens(_) | Self::Ground | Self::Path => {
                 Level::Warning
             }
-            Self::Clock | Self::Pose | Self::Map | Self::Silence(_) => Level::Error,
+            Self::Clock | Self::Pose | Self::Map | Self::Silence(_) | Self::Interlock(_) => Level::Error,
         }
     }
 
@@ -96,6 +98,8 @@ impl Subject {
             Self::Pose => on_fault.pose,
             Self::Map => on_fault.map,
             Self::Silence(_) => on_fault.camera,
+            // It is reported only if it is to stop the vehicle.
+            Self::Interlock(_) => FaultResponse::Stop,
             // A path is given up where it turns out to be impossible.
             Self::Camera(_) | Self::FalseAlarms(_) | Self::Lens(_) | Self::Ground | Self::Path => {
                 FaultResponse::Continue
@@ -116,6 +120,8 @@ impl fmt::Display for Subject {
             Self::Silence(name) => write!(formatter, "silence of {name}"),
             Self::FalseAlarms(name) => write!(formatter, "false alarms of {name}"),
             Self::Lens(name) => write!(formatter, "lens of {name}"),
+            Self::Interlock(Interlock::EmergencyStop) => formatter.write_str("emergency stop"),
+            Self::Interlock(Interlock::Battery) => formatter.write_str("battery"),
         }
     }
 }

@@ -1,12 +1,13 @@
 //! Events and actions of a pilot.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 
 use super::diagnostic::Diagnostic;
-use crate::camera::DetectionBox;
+use crate::camera::{DetectionBox, MountedCamera};
 use dragnet_lattice::costmap::CostMap;
 use dragnet_lattice::plan::Plan;
 use dragnet_lattice::plane::Pose;
@@ -26,8 +27,28 @@ pub enum Event {
     Declared(BTreeSet<Cell>),
     /// Progress of a navigation stack with the last [`Action::Go`].
     Drive(Report),
+    /// Something beside sensors and paths stops the vehicle, or no longer does.
+    Interlock(Interlock, Option<InterlockFault>),
     /// Time has passed. The caller sends this event often enough to detect timeouts.
     Tick,
+}
+
+/// Something beside sensors and paths that stops a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Interlock {
+    /// A switch, or its silence.
+    EmergencyStop,
+    /// A low battery.
+    Battery,
+}
+
+/// Why an interlock stops the vehicle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InterlockFault {
+    /// In a word: the same kind is not reported again.
+    pub kind: &'static str,
+    /// In a sentence.
+    pub message: String,
 }
 
 /// The pose of a vehicle at a time.
@@ -61,6 +82,13 @@ pub struct CameraFrame {
 pub enum CameraDetections {
     /// Boxes, pixels.
     Boxes(Vec<DetectionBox>),
+    /// Boxes of a camera whose lens and mounting are measured, pixels.
+    Measured {
+        /// The camera at the time of the image.
+        camera: Arc<MountedCamera>,
+        /// The boxes.
+        boxes: Vec<DetectionBox>,
+    },
     /// Radians counter-clockwise from the vehicle's heading (from its head, if it has one), from the camera's position.
     Bearings(Vec<f64>),
 }

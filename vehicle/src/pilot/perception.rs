@@ -19,7 +19,7 @@ use nalgebra::Vector2;
 use super::diagnostic::{Fault, Subject};
 use super::localization::{At, Localization};
 use super::{CameraDetections, CameraFrame, PoseEstimate, seconds, stamp};
-use crate::camera::{BoxRefusal, Camera, Detections};
+use crate::camera::{BoxRefusal, Camera, Detections, TooManyBoxes};
 use crate::evidence::account::Accounts;
 use crate::evidence::finds::{Find, Finds};
 use crate::evidence::{self, EvidenceError, Seen};
@@ -52,9 +52,11 @@ pub(super) struct Perception {
 
 #[derive(Clone, Debug)]
 struct Eye {
-    camera: Camera,
-    /// Standard deviation of a bearing from the boxes alone, radians.
-    deviation_radians: f64,
+    name: String,
+    /// As its table describes it; `None` if each frame brings its camera.
+    camera: Option<Camera>,
+    /// Standard deviation of a column of the boxes alone, pixels.
+    column_std_pixels: f64,
     /// Time of its last valid frame; before the first, when it was expected to begin.
     received_ns: Option<u64>,
     /// The stamp of its last frame.
@@ -67,12 +69,18 @@ struct Eye {
 
 impl Perception {
     pub(super) fn new(settings: &Checked) -> Result<Self, TrackerError> {
-        let eyes: Vec<Eye> = settings
+        let described = settings
             .cameras
             .iter()
-            .map(|(camera, column_std_pixels)| Eye {
-                deviation_radians: camera.bearing_deviation_radians(*column_std_pixels),
-                camera: camera.clone(),
+            .map(|(camera, std_pixels)| (camera.settings().name.clone(), Some(camera.clone()), *std_pixels));
+        let measured = settings.measured_cameras.iter();
+        let measured = measured.map(|camera| (camera.name().to_owned(), None, camera.column_std_pixels()));
+        let eyes: Vec<Eye> = described
+            .chain(measured)
+            .map(|(name, camera, column_std_pixels)| Eye {
+                name,
+                camera,
+                column_std_pixels,
                 received_ns: None,
                 stamp_ns: None,
                 is_good: false,
@@ -80,7 +88,7 @@ impl Perception {
                 fixed: FixedDetections::default(),
             })
             .collect();
-        let by_name = eyes.iter().enumerate().map(|(index, eye)| (eye.camera.settings().name.clone(), index));
+        let by_name = eyes.iter().enumerate().map(|(index, eye)| (eye.name.clone(), index));
         Ok(Self {
             by_name: by_name.collect(),
             waiting: Waiting::new(eyes.len(), settings.fusion_window_ns, settings.camera_timeout_ns),
@@ -135,7 +143,7 @@ impl Perception {
     /// Each camera's name, and the time since its last valid frame.
     pub(super) fn silences(&self, now_ns: u64) -> Vec<(String, u64)> {
         let silence = |eye: &Eye| now_ns.saturating_sub(eye.received_ns.unwrap_or(now_ns));
-        self.eyes.iter().map(|eye| (eye.camera.settings().name.clone(), silence(eye))).collect()
+        self.eyes.iter().map(|eye| (eye.name.clone(), silence(eye))).collect()
     }
 
     /// Whether a camera's last frame was valid.
@@ -154,7 +162,7 @@ impl Perception {
         let eye = &mut self.eyes[index];
         let before_ns = eye.stamp_ns.replace(frame.time_ns);
         let stamped = stamp::check(now_ns, frame.time_ns, before_ns, self.max_age_ns);
-        let found = stamped.and_then(|()| detections(&eye.camera, &frame));
+        let found = stamped.and_then(|()| detections(eye.camera.as_ref(), &frame));
         let time_ns = frame.time_ns;
         let arrival = found.map(|found| self.waiting.put(now_ns, index, frame, found));
         let eye = &mut self.eyes[index];
@@ -239,14 +247,18 @@ impl Perception {
             position_std_meters: fix.deviation_meters,
             correlation_seconds: self.tracker_settings.pose_correlation_seconds.max(seconds(interval_ns)),
         };
+        let Some(camera) = camera_of(eye.camera.as_ref(), &frame.detections) else {
+            return Err(Fault::new("unmeasured", UNMEASURED, &[]));
+        };
+        let deviation_radians = camera.bearing_deviation_radians(eye.column_std_pixels);
         let number = u16::try_from(index).unwrap_or(u16::MAX);
         let frame = Frame::of_camera(
-            &eye.camera,
+            camera,
             number,
             &head,
             detections,
             frame.time_ns,
-            eye.deviation_radians.clamp(1e-6, 0.5),
+            deviation_radians.clamp(1e-6, 0.5),
             pose_error,
         )
         .map_err(|error| refused(&error))?;
@@ -309,23 +321,28 @@ impl Perception {
     }
 }
 
+/// The message when a frame's camera is described nowhere.
+const UNMEASURED: &str = "a frame without its camera, whose lens or mounting is not in the settings";
+
+/// The camera of a frame: its own, or that of the settings.
+fn camera_of<'a>(described: Option<&'a Camera>, detections: &'a CameraDetections) -> Option<&'a Camera> {
+    match detections {
+        CameraDetections::Measured { camera, .. } => Some(camera.camera()),
+        CameraDetections::Boxes(_) | CameraDetections::Bearings(_) => described,
+    }
+}
+
 /// The bearings of a frame's boxes, if all of them are valid.
-fn detections(camera: &Camera, frame: &CameraFrame) -> Result<Detections, Fault> {
+fn detections(described: Option<&Camera>, frame: &CameraFrame) -> Result<Detections, Fault> {
     if !frame.head_radians.is_finite() {
         return Err(Fault::new("no_number", "the head's angle is no number", &[]));
     }
     match &frame.detections {
         CameraDetections::Boxes(boxes) => {
-            let detections = camera.detections(boxes).map_err(|error| {
-                Fault::new("too_many", &error.to_string(), &[("boxes", boxes.len() as f64)])
-            })?;
-            let is_bad = |&&(_, why): &&(usize, BoxRefusal)| why != BoxRefusal::SameColumn;
-            if let Some(&(number, why)) = detections.refused.iter().find(is_bad) {
-                let message = format!("box {number} of {} cannot be: {why:?}", boxes.len());
-                return Err(Fault::new("no_box", &message, &[("box", number as f64)]));
-            }
-            Ok(detections)
+            let Some(camera) = described else { return Err(Fault::new("unmeasured", UNMEASURED, &[])) };
+            valid(camera.detections(boxes), boxes.len())
         }
+        CameraDetections::Measured { camera, boxes } => valid(camera.detections(boxes), boxes.len()),
         CameraDetections::Bearings(bearings) if bearings.len() > Camera::MAX_BOXES => {
             let message = format!("{} bearings in one image: at most {}", bearings.len(), Camera::MAX_BOXES);
             Err(Fault::new("too_many", &message, &[("bearings", bearings.len() as f64)]))
@@ -338,4 +355,16 @@ fn detections(camera: &Camera, frame: &CameraFrame) -> Result<Detections, Fault>
             Ok(Detections { bearings_radians: bearings.clone(), refused: Vec::new() })
         }
     }
+}
+
+/// The detections of so many boxes, if all of them are valid.
+fn valid(detections: Result<Detections, TooManyBoxes>, boxes: usize) -> Result<Detections, Fault> {
+    let detections =
+        detections.map_err(|error| Fault::new("too_many", &error.to_string(), &[("boxes", boxes as f64)]))?;
+    let is_bad = |&&(_, why): &&(usize, BoxRefusal)| why != BoxRefusal::SameColumn;
+    if let Some(&(number, why)) = detections.refused.iter().find(is_bad) {
+        let message = format!("box {number} of {boxes} cannot be: {why:?}");
+        return Err(Fault::new("no_box", &message, &[("box", number as f64)]));
+    }
+    Ok(detections)
 }

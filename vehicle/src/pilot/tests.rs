@@ -1,6 +1,7 @@
 //! A pilot on a small field: its reports, its paths, and its responses to faults.
 
 mod faults;
+mod measured;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -37,8 +38,8 @@ fn scenario() -> Scenario {
 fn settings() -> Settings {
     let camera = |name: &str, yaw_degrees| CameraTable {
         name: name.to_owned(),
-        field_of_view_degrees: 125.0,
-        yaw_degrees,
+        field_of_view_degrees: Some(125.0),
+        yaw_degrees: Some(yaw_degrees),
         ..CameraTable::wide()
     };
     let mut settings = Settings {
@@ -473,7 +474,7 @@ fn a_frame_that_comes_later_than_the_window_is_rejected_and_counted() {
 fn eyes_apart() -> Settings {
     let camera = |name: &str, y_meters| CameraTable {
         name: name.to_owned(),
-        y_meters,
+        y_meters: Some(y_meters),
         column_std_pixels: 1.0,
         ..CameraTable::wide()
     };

@@ -1,27 +1,27 @@
 //! Conversion of the tables as written to the types of this crate.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt::Display;
 
-use super::{CameraTable, FootprintTable, MotionTable, OnFault, Settings, TrackerTable};
-use crate::camera::{Camera, CameraError, CameraSettings};
+use super::cameras::{self, Cameras, Measured, MeasuredCamera};
+use super::{FootprintTable, MotionTable, OnFault, Settings, TrackerTable};
+use crate::camera::{Camera, CameraError};
 use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as TrackerError};
 use dragnet_lattice::footprint::Footprint;
 use dragnet_lattice::maneuvers::{Headings, Maneuvers};
 use dragnet_lattice::mprim::{self, MprimError};
-use dragnet_lattice::plane::Pose;
 use dragnet_lattice::primitives::{MAX_COST_MULTIPLIER, PrimitiveSet};
 
-/// The maximum number of cameras.
-const MAX_CAMERAS: usize = 16;
 /// Default turning radius, meters.
 const TURNING_RADIUS_METERS: f64 = 3.0;
 
 /// Checked settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
-    /// Each with the standard deviation of a column, pixels.
+    /// Cameras that the settings describe, each with the standard deviation of a column, pixels.
     pub cameras: Vec<(Camera, f64)>,
+    /// Cameras that the vehicle's network describes, at least in part.
+    pub measured_cameras: Vec<MeasuredCamera>,
     /// Settings of the tracker.
     pub tracker: TrackerSettings,
     /// Time that a slower camera is waited for, nanoseconds.
@@ -104,12 +104,12 @@ pub enum SettingsError {
     Primitives(#[from] MprimError),
 }
 
-fn value(key: &str, found: &dyn Display, allowed: impl Into<String>) -> SettingsError {
+pub(super) fn value(key: &str, found: &dyn Display, allowed: impl Into<String>) -> SettingsError {
     SettingsError::Value { key: key.to_owned(), found: found.to_string(), allowed: allowed.into() }
 }
 
 /// A number above 0, at most `most`; written so that NaN fails as well.
-fn positive(key: &str, number: f64, most: f64) -> Result<f64, SettingsError> {
+pub(super) fn positive(key: &str, number: f64, most: f64) -> Result<f64, SettingsError> {
     if number > 0.0 && number <= most {
         return Ok(number);
     }
@@ -130,6 +130,19 @@ impl Settings {
     /// # Errors
     /// The first invalid value, with its key and the allowed values.
     pub fn check(&self, primitives: Option<&str>) -> Result<Checked, SettingsError> {
+        self.check_measured(primitives, &BTreeMap::new())
+    }
+
+    /// The same of a vehicle whose network says something of its cameras, by their names.
+    ///
+    /// # Errors
+    /// The first invalid value, with its key and the allowed values.
+    pub fn check_measured(
+        &self,
+        primitives: Option<&str>,
+        measured: &BTreeMap<String, Measured>,
+    ) -> Result<Checked, SettingsError> {
+        let Cameras { described, measured: measured_cameras } = cameras::check(&self.cameras, measured)?;
         let safety = &self.safety;
         let seconds = |key: &str, seconds| positive(key, seconds, MOST_SECONDS).map(nanoseconds);
         if !(0.0..=3600.0).contains(&self.initial_scan_seconds) {
@@ -137,7 +150,8 @@ impl Settings {
         }
         let max_std = safety.max_position_std_meters;
         Ok(Checked {
-            cameras: cameras(&self.cameras)?,
+            cameras: described,
+            measured_cameras,
             tracker: tracker(&self.tracker)?,
             fusion_window_ns: fusion_window_ns(self.tracker.fusion_window_seconds)?,
             motion: motion(&self.motion, footprint(self.footprint)?, primitives)?,
@@ -154,49 +168,6 @@ impl Settings {
             recovery_ns: seconds("safety.recovery_seconds", safety.recovery_seconds)?,
         })
     }
-}
-
-impl CameraTable {
-    /// The camera of the table.
-    ///
-    /// # Errors
-    /// If a value is invalid: with its name and the allowed values.
-    pub fn camera(&self) -> Result<Camera, CameraError> {
-        Camera::new(CameraSettings {
-            name: self.name.clone(),
-            width_pixels: self.width_pixels,
-            height_pixels: self.height_pixels,
-            field_of_view_radians: self.field_of_view_degrees.to_radians(),
-            mounting: Pose::new(self.x_meters, self.y_meters, self.yaw_degrees.to_radians()),
-            z_meters: self.z_meters,
-            pitch_radians: self.pitch_degrees.to_radians(),
-            min_range_meters: self.min_range_meters,
-            max_range_meters: self.max_range_meters,
-        })
-    }
-}
-
-fn cameras(tables: &[CameraTable]) -> Result<Vec<(Camera, f64)>, SettingsError> {
-    if !(1..=MAX_CAMERAS).contains(&tables.len()) {
-        return Err(value("cameras", &format!("{} cameras", tables.len()), format!("1 to {MAX_CAMERAS}")));
-    }
-    let mut names = BTreeSet::new();
-    tables
-        .iter()
-        .map(|table| {
-            if !names.insert(&table.name) {
-                return Err(value(
-                    "cameras.name",
-                    &format!("{:?} twice", table.name),
-                    "a name of its own for each",
-                ));
-            }
-            let camera = table.camera()?;
-            let most = f64::from(table.width_pixels) / 4.0;
-            let deviation = positive("cameras.column_std_pixels", table.column_std_pixels, most)?;
-            Ok((camera, deviation))
-        })
-        .collect()
 }
 
 fn tracker(table: &TrackerTable) -> Result<TrackerSettings, SettingsError> {

@@ -1,5 +1,7 @@
 //! Tables as written, and the errors of invalid ones.
 
+use std::collections::BTreeMap;
+
 use super::check::Source;
 use super::*;
 use crate::mentions::assert_mentions;
@@ -96,4 +98,36 @@ fn an_invalid_value_names_its_key_and_the_allowed_values() {
     check(&camera("field_of_view_degrees = 60.0\nmin_range_meters = 60.0"), "from 60 m to 50 m");
     let one = camera("field_of_view_degrees = 60.0");
     check(&format!("{one}{one}"), "vehicle.cameras.name .. \"a\"");
+}
+
+#[test]
+fn a_camera_needs_what_its_network_does_not_say() {
+    let optics = "width_pixels = 100\nheight_pixels = 50\nfield_of_view_degrees = 90.0";
+    let measured = |text: &str, by: Measured| {
+        let text = format!("[[cameras]]\nname = 'a'\nmax_range_meters = 50.0\n{text}\n");
+        let by = BTreeMap::from([("a".to_owned(), by)]);
+        read(&text).unwrap().check_measured(None, &by).map_err(|error| error.to_string())
+    };
+    let both = measured("", Measured::OpticsAndMounting).unwrap();
+    assert!(both.cameras.is_empty());
+    let [camera] = &both.measured_cameras[..] else { panic!("{both:?}") };
+    assert_eq!((camera.name(), camera.lens(), camera.vehicle_from_camera()), ("a", None, None));
+
+    let by_hand = measured("x_meters = 1.0\nyaw_degrees = 90.0\npitch_degrees = 30.0", Measured::Optics);
+    let pose = *by_hand.unwrap().measured_cameras[0].vehicle_from_camera().unwrap();
+    // The axis looks to the left and 30 degrees down; the right of the image is forward.
+    let (axis, right) = (pose.rotation * nalgebra::Vector3::z(), pose.rotation * nalgebra::Vector3::x());
+    assert!((axis - nalgebra::Vector3::new(0.0, 0.75_f64.sqrt(), -0.5)).norm() < 1e-12, "{axis}");
+    assert!((right - nalgebra::Vector3::x()).norm() < 1e-12, "{right}");
+    let lens = measured(optics, Measured::Mounting).unwrap().measured_cameras[0].lens().cloned();
+    assert_eq!(lens, Some(crate::camera::Lens::pinhole(100, 50, 90.0_f64.to_radians())));
+
+    let refused = |text: &str, by: Measured, words: &str| {
+        assert_mentions(&measured(text, by).unwrap_err(), words);
+    };
+    refused("", Measured::Mounting, "camera a .. width_pixels is missing");
+    refused("width_pixels = 100", Measured::Optics, "vehicle.cameras.width_pixels .. \"a\" .. either");
+    refused("yaw_degrees = 0.0", Measured::OpticsAndMounting, "vehicle.cameras.yaw_degrees .. either");
+    refused("min_range_meters = 60.0", Measured::OpticsAndMounting, "from 60 m to 50 m");
+    check("[[cameras]]\nname = 'a'\nmax_range_meters = 5.0", "camera a .. width_pixels is missing");
 }

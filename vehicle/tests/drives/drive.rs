@@ -67,8 +67,8 @@ pub(crate) struct Outcome {
 pub(crate) fn settings(eyes: Eyes) -> Settings {
     let wide = |name: &str, yaw_degrees| CameraTable {
         name: name.to_owned(),
-        field_of_view_degrees: 90.0,
-        yaw_degrees,
+        field_of_view_degrees: Some(90.0),
+        yaw_degrees: Some(yaw_degrees),
         ..CameraTable::wide()
     };
     let settings = Settings { motion: MotionTable::Goal {}, ..Settings::default() };

@@ -415,3 +415,31 @@ fn a_vehicle_on_blocked_ground_reports_no_cell() {
     drive.now_ns += 60 * SECOND;
     assert_eq!(sensed(&drive.step()), cells(&[(1, 2)]));
 }
+
+/// An emergency stop acts whatever the settings say of faults; released, the vehicle goes on at once.
+#[test]
+fn an_interlock_stops_the_vehicle_until_it_is_released() {
+    let pressed = || {
+        let message = "it is pressed".to_owned();
+        Some(InterlockFault { kind: "pressed", message })
+    };
+    for interlock in [Interlock::EmergencyStop, Interlock::Battery] {
+        let mut drive = under_way(FaultResponse::Continue);
+        let actions = drive.tell(Event::Interlock(interlock, pressed()));
+        assert!(is_hold(&actions) && message(&actions).contains("it is pressed"), "{actions:?}");
+        let place = drive.pose;
+        let again: Vec<Action> = (0..50)
+            .flat_map(|_| {
+                let mut actions = drive.tell(Event::Interlock(interlock, pressed()));
+                actions.extend(drive.step());
+                actions
+            })
+            .collect();
+        assert!(reported(&again).is_empty() && !is_drive(&again) && !is_hold(&again), "{again:?}");
+        assert_eq!(drive.pose, place);
+        let actions = drive.tell(Event::Interlock(interlock, None));
+        assert!(is_drive(&actions), "{:?}", reported(&actions));
+        assert!(reported(&actions)[0].ends_with(" Ok"), "{:?}", reported(&actions));
+        assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
+    }
+}
