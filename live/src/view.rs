@@ -162,7 +162,7 @@ impl View {
             _ => Vec::new(),
         };
         let before = self.entropy_of(&seen);
-        let Change { moved, added } = self.fold.take(record);
+        let Change { moved, added, .. } = self.fold.take(record);
         self.entropy_nats += self.entropy_of(&seen) - before + self.entropy_of(&added);
         self.searched.add(&self.fold, added.iter().copied());
         self.searched.update(&self.fold, &[seen, added].concat());
