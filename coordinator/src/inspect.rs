@@ -289,7 +289,11 @@ impl fmt::Display for Inspection {
         writeln!(formatter, "declared      {}", self.declared.len())?;
         for object in &self.declared {
             let DeclaredObject { cell, probability, declared_seconds, operator } = object;
-            let operator = operator.map_or_else(String::new, |word| format!(", {word} by hand"));
+            let operator = match *operator {
+                Some("dismissed") => ", dismissed by hand before it was found again".to_owned(),
+                Some(word) => format!(", {word} by hand"),
+                None => String::new(),
+            };
             writeln!(
                 formatter,
                 "  cell {}, probability {probability:.4}, since {declared_seconds:.1} s{operator}",
