@@ -1,6 +1,6 @@
 //! Verdicts: what the operator has decided about finds, gossiped by all participants.
 //!
-//! A verdict is evidence by hand. It is a number that is added to the log-odds of its cell beside the readings, so that
+//! A verdict is evidence of the operator. It is a number that is added to the log-odds of its cell beside the readings, so that
 //! readings count as before and undoing it restores what they say. Of two verdicts on one cell the newer one counts.
 //! Merging is commutative and idempotent: equal readings and equal verdicts give equal beliefs, in any order of arrival.
 //!
