@@ -3,7 +3,7 @@
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::{Knowledge, SharedKnowledge};
-use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus};
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus, VerdictReport};
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
@@ -149,7 +149,8 @@ pub struct Agent {
     entered: u32,
     /// When the plan was made.
     decided: MissionTime,
-    /// Whether a teammate's plan arrived late: made before this robot's, and unknown when it decided.
+    /// Whether its plan is overtaken by a teammate's that arrived late, made before this robot's and unknown when it
+    /// decided, or by a verdict of the operator.
     is_overtaken: bool,
     /// Where vehicles have detected objects that they could not assign to a cell yet.
     sightings: Sightings,
@@ -459,7 +460,10 @@ impl Agent {
             }
             Message::Intent(intent) => self.learn_plan(now, intent),
             Message::Heartbeat(heartbeat) => self.learn_plan(now, &heartbeat.intent),
-            Message::SyncRequest(_) | Message::SyncReply(_) | Message::MissionStatus(_) => {
+            Message::SyncRequest(_)
+            | Message::SyncReply(_)
+            | Message::MissionStatus(_)
+            | Message::Verdicts(_) => {
                 if let Participant::Robot(robot) = from {
                     self.team.received(now, robot);
                 }
@@ -479,6 +483,19 @@ impl Agent {
                 self.obey(now, directive, effects);
             }
             _ => {}
+        }
+        if !received.judged.is_empty() {
+            self.heed(now, &received.judged, effects);
+        }
+    }
+
+    /// The operator has decided about the finds in these cells: what was detected there is settled, and a plan to look at
+    /// it, or an end of the search because of it, is reconsidered.
+    fn heed(&mut self, now: MissionTime, judged: &[Cell], effects: &mut Effects<Message>) {
+        self.sightings.settle(judged);
+        self.is_overtaken = true;
+        if self.activity.is_rest() || self.activity == Activity::Waiting {
+            self.decide(now, effects);
         }
     }
 
@@ -692,6 +709,12 @@ impl Agent {
             directive: self.directive.clone(),
         };
         effects.published.push((Audience::All, Message::Heartbeat(heartbeat)));
+        let verdicts = self.replica.knowledge().verdicts();
+        if !verdicts.is_empty() {
+            let (from, verdicts) = (Participant::Robot(self.config.id()), verdicts.clone());
+            let report = VerdictReport { from, time_ns: now.0, verdicts };
+            effects.published.push((Audience::All, Message::Verdicts(report)));
+        }
     }
 }
 

@@ -37,6 +37,13 @@ impl Sightings {
         }
     }
 
+    /// Removes cells about which the operator has decided.
+    pub(crate) fn settle(&mut self, cells: &[Cell]) {
+        for cell in cells {
+            self.cells.remove(cell);
+        }
+    }
+
     /// The belief with these sightings, in which no cell becomes found by them.
     pub(crate) fn added_to<'a>(&self, belief: &'a Belief) -> Cow<'a, Belief> {
         let mut belief = Cow::Borrowed(belief);

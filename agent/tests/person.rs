@@ -7,8 +7,9 @@ use std::sync::Arc;
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Activity, Message, MissionStatus};
+use dragnet_proto::message::{Activity, Message, MissionStatus, VerdictReport};
 use dragnet_proto::state_machine::{Effects, Event};
+use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -159,4 +160,96 @@ fn a_mark_by_hand_counts_once_and_is_no_teammate() {
     assert!(is_nothing(&field.receive(2, mark)));
     let moved = field.robot.belief().log_odds_nats(cell) - before;
     assert!((moved - Mark::STRENGTH_NATS).abs() < 1e-9, "{moved}");
+}
+
+/// Verdicts on a cell, one after the other.
+fn decided(field: &Field, cell: Cell, decisions: &[Decision]) -> Verdicts {
+    let (mut belief, mut known) = (field.robot.belief().clone(), Verdicts::default());
+    for (time, &decision) in (1..).zip(decisions) {
+        let next = known.with(time, cell, decision, &belief);
+        known.take(next.iter(), &mut belief);
+    }
+    known
+}
+
+fn verdicts(from: Participant, verdicts: &Verdicts) -> Message {
+    Message::Verdicts(VerdictReport { from, time_ns: SECOND, verdicts: verdicts.clone() })
+}
+
+/// Verdicts in published messages.
+fn passed_on(effects: &Effects<Message>) -> Vec<Verdicts> {
+    let reports = effects.published.iter().filter_map(|(_, message)| match message {
+        Message::Verdicts(report) => Some(report.verdicts.clone()),
+        _ => None,
+    });
+    reports.collect()
+}
+
+fn clue(cell: Cell, sequence: u64) -> Message {
+    let origin = Origin { source: Source::Operator, incarnation: 3 };
+    let readings = vec![Mark::Clue.reading(cell)];
+    let time_ns = sequence;
+    Message::Observation(Arc::new(Observation { origin, sequence, time_ns, from: cell, readings }))
+}
+
+#[test]
+fn a_robot_believes_a_verdict_and_passes_it_on_beside_its_heartbeats() {
+    let mut field = Field::new("budget_seconds = 1e6");
+    field.sense(0, 0);
+    let wake = field.robot.wake_at();
+    assert_eq!(passed_on(&field.robot.react(wake, Event::Woke)), [], "there is none");
+    let cell = field.cell(7);
+    (0..2).for_each(|sequence| drop(field.receive(60, clue(cell, sequence))));
+    assert!(field.robot.is_found(cell));
+    let dismissed = decided(&field, cell, &[Decision::Confirmed, Decision::Dismissed]);
+    field.receive(61, verdicts(Participant::Coordinator, &dismissed));
+    assert!(!field.robot.is_found(cell) && field.robot.belief().probability(cell) < 1e-3);
+    let wake = field.robot.wake_at();
+    assert_eq!(passed_on(&field.robot.react(wake, Event::Woke)), std::slice::from_ref(&dismissed));
+    let older = decided(&field, cell, &[Decision::Confirmed]);
+    assert!(
+        is_nothing(&field.receive(62, verdicts(Participant::Coordinator, &older))),
+        "an older one comes late"
+    );
+    assert!(
+        is_nothing(&field.receive(63, verdicts(Participant::Coordinator, &dismissed))),
+        "what is known is no news"
+    );
+    let undone = decided(&field, cell, &[Decision::Confirmed, Decision::Dismissed, Decision::Undone]);
+    field.receive(64, verdicts(Participant::Coordinator, &undone));
+    assert!(field.robot.is_found(cell));
+}
+
+#[test]
+fn a_robot_that_joins_late_has_the_belief_of_the_others() {
+    let mut early = Field::new("budget_seconds = 1e6");
+    early.sense(0, 0);
+    let cell = early.cell(7);
+    (0..2).for_each(|sequence| drop(early.receive(1, clue(cell, sequence))));
+    let confirmed = decided(&early, cell, &[Decision::Confirmed]);
+    early.receive(2, verdicts(Participant::Coordinator, &confirmed));
+    // It hears of the verdict before the readings, and from nobody but this robot.
+    let mut late = Field::new("budget_seconds = 1e6");
+    let wake = early.robot.wake_at();
+    let heard = passed_on(&early.robot.react(wake, Event::Woke)).remove(0);
+    let from = Participant::Robot(ROBOT);
+    late.robot.react(wake, Event::Received { from, message: verdicts(from, &heard) });
+    (0..2).for_each(|sequence| drop(late.receive(60, clue(cell, sequence))));
+    late.sense(61, 0);
+    assert_eq!(late.robot.replica().log().len(), 3);
+    assert_eq!(late.robot.replica().knowledge().verdicts(), &confirmed);
+    assert_eq!(late.robot.belief().digest(), early.robot.belief().digest());
+}
+
+#[test]
+fn a_verdict_makes_a_robot_decide_again_in_its_next_cell() {
+    let mut field = Field::new("budget_seconds = 1e6");
+    let first = *field.sense(0, 0).route.unwrap().first().unwrap();
+    let dismissed = decided(&field, field.cell(7), &[Decision::Dismissed]);
+    assert_eq!(
+        field.receive(1, verdicts(Participant::Coordinator, &dismissed)).route,
+        None,
+        "not between cells"
+    );
+    assert!(field.sense(2, first.number()).route.is_some());
 }

@@ -2,8 +2,11 @@
 //!
 //! The live page, `replay`, `export` and Python all use this fold, so that they show the same state.
 
+use crate::finds::{Find, finds};
 use dragnet_proto::directive::added_prior;
 use dragnet_proto::message::{Detection, MissionStatus};
+use dragnet_proto::verdict::Verdicts;
+use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
@@ -23,6 +26,7 @@ pub struct MissionFold {
     added_prior: f64,
     tracks: Tracks,
     status: Option<MissionStatus>,
+    verdicts: Verdicts,
 }
 
 /// The changes caused by a record.
@@ -32,6 +36,8 @@ pub struct Change {
     pub moved: Option<(RobotId, Cell)>,
     /// Cells that were added to the search area.
     pub added: Vec<Cell>,
+    /// Cells with a new verdict of the operator.
+    pub judged: Vec<Cell>,
 }
 
 impl MissionFold {
@@ -46,6 +52,7 @@ impl MissionFold {
             belief,
             tracks: Tracks::default(),
             status: None,
+            verdicts: Verdicts::default(),
         }
     }
 
@@ -70,6 +77,12 @@ impl MissionFold {
                 Change { moved: has_moved.then_some((heartbeat.robot, heartbeat.cell)), ..Change::default() }
             }
             Record::Status(status) => self.stand(status),
+            // Those of robots say what they have received.
+            Record::Verdicts(report) if report.from != Participant::Coordinator => Change::default(),
+            Record::Verdicts(report) => {
+                let judged = self.verdicts.take(report.verdicts.iter(), &mut self.belief);
+                Change { judged, ..Change::default() }
+            }
             // These follow from the records above.
             Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => Change::default(),
         }
@@ -118,6 +131,18 @@ impl MissionFold {
     #[must_use]
     pub const fn status(&self) -> Option<&MissionStatus> {
         self.status.as_ref()
+    }
+
+    /// The operator's verdicts.
+    #[must_use]
+    pub const fn verdicts(&self) -> &Verdicts {
+        &self.verdicts
+    }
+
+    /// Declared and dismissed objects.
+    #[must_use]
+    pub fn finds(&self) -> Vec<Find> {
+        finds(self.declared(), &self.verdicts)
     }
 
     /// Objects that are declared now.

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use dragnet_proto::dragnet_msgs::MissionStatus;
+use dragnet_proto::dragnet_msgs::{MissionStatus, Verdicts};
+use dragnet_proto::verdict::Decision;
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::standard::OccupancyGrid;
 use dragnet_scenario::map_file::MapOrigin;
@@ -46,6 +47,8 @@ pub struct Inspection {
     pub observations: u64,
     /// The objects declared at the end, by cell.
     pub declared: Vec<DeclaredObject>,
+    /// Objects that the operator has dismissed and that are not declared at the end, by cell.
+    pub dismissed: Vec<DismissedObject>,
     /// Attached files and their sizes, bytes.
     pub attachments: BTreeMap<String, u64>,
     /// Facts about the run, from its start.
@@ -96,6 +99,17 @@ pub struct DeclaredObject {
     pub probability: f64,
     /// When it was declared, seconds of mission time.
     pub declared_seconds: f64,
+    /// What the operator has decided about it: `confirmed`, or `dismissed` if it was declared again after that.
+    pub operator: Option<&'static str>,
+}
+
+/// An object that the operator has dismissed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DismissedObject {
+    /// Its cell, row-major number.
+    pub cell: u32,
+    /// When it was dismissed, seconds of mission time.
+    pub dismissed_seconds: f64,
 }
 
 /// Reads a recording and summarizes its contents.
@@ -126,6 +140,7 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
             .collect(),
         observations: inspector.observations(),
         declared: inspector.declared(),
+        dismissed: inspector.dismissed(),
         topics: inspector.topics(),
         attachments: inspector.attachments,
         run: inspector.metadata.remove(RUN_METADATA).unwrap_or_default(),
@@ -145,6 +160,8 @@ struct Inspector {
     metadata: BTreeMap<String, BTreeMap<String, String>>,
     /// The last status.
     status: Option<MissionStatus>,
+    /// The operator's last verdicts.
+    verdicts: Verdicts,
 }
 
 struct ChannelContent {
@@ -184,6 +201,11 @@ impl Inspector {
         {
             self.status = Some(status);
         }
+        if RobotTopic::parse(&channel.topic) == Some((Source::Operator, RobotTopic::Verdicts))
+            && let Ok(verdicts) = cdr::decode::<Verdicts>(data)
+        {
+            self.verdicts = verdicts;
+        }
         if channel.topic == Topic::Map.to_string()
             && let Ok(map) = cdr::decode::<OccupancyGrid>(data)
         {
@@ -220,7 +242,27 @@ impl Inspector {
                 cell: object.cell,
                 probability: object.probability,
                 declared_seconds: object.time_ns as f64 / NANOSECONDS,
+                operator: self.decided().find(|it| it.0 == object.cell).and_then(|it| it.2.word()),
             })
+            .collect()
+    }
+
+    /// The cell, number and decision of each verdict.
+    fn decided(&self) -> impl Iterator<Item = (u32, u64, Decision)> + '_ {
+        let Verdicts { cells, numbers, decisions, .. } = &self.verdicts;
+        let decided = cells.iter().zip(numbers).zip(decisions);
+        decided
+            .filter_map(|((&cell, &number), &decision)| Some((cell, number, Decision::numbered(decision)?)))
+    }
+
+    fn dismissed(&self) -> Vec<DismissedObject> {
+        let declared: BTreeSet<u32> =
+            self.status.iter().flat_map(|status| &status.declared).map(|object| object.cell).collect();
+        let dismissed = self
+            .decided()
+            .filter(|&(cell, _, decision)| decision == Decision::Dismissed && !declared.contains(&cell));
+        dismissed
+            .map(|(cell, number, _)| DismissedObject { cell, dismissed_seconds: number as f64 / NANOSECONDS })
             .collect()
     }
 }
@@ -246,12 +288,23 @@ impl fmt::Display for Inspection {
         writeln!(formatter, "observations  {}", self.observations)?;
         writeln!(formatter, "declared      {}", self.declared.len())?;
         for object in &self.declared {
-            let DeclaredObject { cell, probability, declared_seconds } = object;
+            let DeclaredObject { cell, probability, declared_seconds, operator } = object;
+            let operator = match *operator {
+                Some("dismissed") => ", dismissed by hand before it was found again".to_owned(),
+                Some(word) => format!(", {word} by hand"),
+                None => String::new(),
+            };
             writeln!(
                 formatter,
-                "  cell {}, probability {probability:.4}, since {declared_seconds:.1} s",
+                "  cell {}, probability {probability:.4}, since {declared_seconds:.1} s{operator}",
                 self.place(*cell)
             )?;
+        }
+        if !self.dismissed.is_empty() {
+            writeln!(formatter, "dismissed     {}", self.dismissed.len())?;
+        }
+        for DismissedObject { cell, dismissed_seconds } in &self.dismissed {
+            writeln!(formatter, "  cell {}, at {dismissed_seconds:.1} s", self.place(*cell))?;
         }
         for (name, bytes) in &self.attachments {
             writeln!(formatter, "attachment    {name}, {bytes} bytes")?;

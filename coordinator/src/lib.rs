@@ -11,6 +11,7 @@
 
 pub mod bag;
 pub mod declaration;
+pub mod finds;
 pub mod fold;
 pub mod inspect;
 pub mod liveness;

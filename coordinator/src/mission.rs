@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::Knowledge;
-use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus};
+use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus, VerdictReport};
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
@@ -25,6 +25,7 @@ use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 use dragnet_search::terrain::Terrain;
 
 use crate::declaration::Declarations;
+use crate::finds::{Find, finds};
 use crate::liveness::{Liveness, Presence};
 use crate::track::{Track, Tracks};
 
@@ -107,6 +108,8 @@ pub enum Record {
     },
     /// A published status of the mission.
     Status(MissionStatus),
+    /// The operator's verdicts: the coordinator's when they change, and those of a robot when they are received.
+    Verdicts(VerdictReport),
     /// The belief, recorded periodically and at the end.
     Belief(Arc<Belief>),
 }
@@ -221,6 +224,12 @@ impl Mission {
         self.declarations.detections(self.belief())
     }
 
+    /// Declared and dismissed objects.
+    #[must_use]
+    pub fn finds(&self) -> Vec<Find> {
+        finds(&self.declared().collect::<Vec<_>>(), self.verdicts())
+    }
+
     /// Robots that are alive, by number.
     pub fn alive(&self) -> impl Iterator<Item = RobotId> + '_ {
         self.liveness.alive()
@@ -274,6 +283,7 @@ impl Mission {
                 self.plan(&heartbeat.intent, outcome);
                 self.learn(now, &heartbeat.directive, outcome);
             }
+            Message::Verdicts(report) => outcome.records.push(Record::Verdicts(report.clone())),
             Message::Observation(_)
             | Message::SyncRequest(_)
             | Message::SyncReply(_)
@@ -281,6 +291,7 @@ impl Mission {
         }
         let replies = received.replies.into_iter().map(|(whom, reply)| (Audience::One(whom), reply));
         outcome.effects.published.extend(replies);
+        self.judged(now, &received.judged, outcome);
         let has_declared = self.merge(now, &received.new, outcome);
         if has_appeared || has_declared {
             self.report(now, outcome);
@@ -337,6 +348,10 @@ impl Mission {
         let status = self.status(now);
         outcome.records.push(Record::Status(status.clone()));
         outcome.effects.published.push((Audience::All, Message::MissionStatus(status)));
+        let report = self.verdict_report(now);
+        if !report.verdicts.is_empty() {
+            outcome.effects.published.push((Audience::All, Message::Verdicts(report)));
+        }
     }
 
     fn snapshot(&mut self, now: MissionTime, outcome: &mut Outcome) {

@@ -9,8 +9,9 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
 
 use crate::RecordingError;
+use crate::finds::FindCounts;
 use crate::mission::{Mission, Outcome, Record};
-use crate::record::Recorder;
+use crate::record::{FINDS, Recorder};
 use crate::recording::{Notify, Recording};
 
 /// A mission and its recording.
@@ -76,10 +77,17 @@ impl CoordinatorNode {
         let last = self.mission.finish(now);
         self.record(now, &last.records);
         summary.extend(self.rejected());
+        summary.extend(self.decided());
         if let Some(recording) = self.recording {
             recording.finish(now, &self.mission, summary)?;
         }
         Ok(self.mission)
+    }
+
+    /// What the operator has decided about finds, for the end of the recording.
+    fn decided(&self) -> Option<(String, String)> {
+        let counts = FindCounts::of(&self.mission.finds());
+        counts.has_verdicts().then(|| (FINDS.to_owned(), counts.to_string()))
     }
 
     /// Rejections and their numbers, for the end of the recording: one entry for each sender and reason.

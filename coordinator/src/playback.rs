@@ -30,8 +30,8 @@ use crate::record::{
 /// For a recording whose areas are lost.
 const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
 
-/// A recorded mission. Its records are [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`] and
-/// [`Record::Status`]; all others follow from them.
+/// A recorded mission. Its records are [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`],
+/// [`Record::Status`] and [`Record::Verdicts`]; all others follow from them.
 #[derive(Clone, Debug)]
 pub struct Playback {
     /// The map at the start.
@@ -291,6 +291,7 @@ fn kind(topic: &str) -> Option<MessageKind> {
         RobotTopic::Observation => Some(MessageKind::Observation),
         RobotTopic::Intent => Some(MessageKind::Intent),
         RobotTopic::Heartbeat => Some(MessageKind::Heartbeat),
+        RobotTopic::Verdicts => Some(MessageKind::Verdicts),
         RobotTopic::Pose | RobotTopic::Path => None,
     }
 }
@@ -301,6 +302,7 @@ fn record(message: Message) -> Option<Record> {
         Message::Intent(intent) => Some(Record::Intent(intent)),
         Message::Heartbeat(heartbeat) => Some(Record::Heartbeat(heartbeat)),
         Message::MissionStatus(status) => Some(Record::Status(status)),
+        Message::Verdicts(report) => Some(Record::Verdicts(report)),
         Message::SyncRequest(_) | Message::SyncReply(_) => None,
     }
 }

@@ -8,6 +8,8 @@
 //! /robots/<robot>/path       their plans, when they change
 //! /robots/<robot>/{observation,intent,heartbeat}
 //! /robots/0/observation      the operator's marks
+//! /robots/0/verdicts         the operator's verdicts on finds, when they change
+//! /robots/<robot>/verdicts   those that a robot has received; both only once there are any
 //! /objects                   each declaration of an object
 //! /mission/status            with all declared objects
 //! ```
@@ -34,10 +36,11 @@ use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_ros2::schema::RosMessage;
 use dragnet_ros2::viewer::Viewer;
 use dragnet_scenario::map_file::{Earth, MapOrigin};
+use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::terrain::Terrain;
 use mcap::records::AttachmentHeader;
 use mcap::write::Metadata;
@@ -61,6 +64,8 @@ pub const AREAS_ATTACHMENT: &str = "areas.geojson";
 pub const EARTH_METADATA: &str = "earth";
 /// Name of the metadata with the results of the run.
 pub const SUMMARY_METADATA: &str = "summary";
+/// Name within `summary` of the numbers of finds, if the operator has decided about some.
+pub const FINDS: &str = "finds";
 /// Name within `summary` of the mission time at which the search was over, seconds.
 pub const MISSION_TIME: &str = "mission_time_s";
 
@@ -209,6 +214,14 @@ impl Recorder {
                 self.put(Topic::Robot((*robot).into(), RobotTopic::Path), at(now.0), &path)?;
             }
             Record::Status(status) => self.put_status(now, status)?,
+            Record::Verdicts(report) => {
+                let source = match report.from {
+                    Participant::Robot(robot) => Source::Robot(robot),
+                    Participant::Coordinator => Source::Operator,
+                };
+                let topic = Topic::Robot(source, RobotTopic::Verdicts);
+                self.put(topic, at(report.time_ns), &wire::Verdicts::from(report))?;
+            }
             Record::Belief(belief) => self.put_belief(now, belief)?,
         }
         self.tick(now)

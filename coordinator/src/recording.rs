@@ -219,7 +219,9 @@ fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Op
     let records = observations.map(|observation| Record::Observation(observation.clone()));
     let stand =
         [Record::Status(mission.status(now)), Record::Belief(std::sync::Arc::new(mission.belief().clone()))];
-    let written = records.chain(stand).try_for_each(|record| recorder.record(now, &record));
+    let has_verdicts = !mission.verdicts().is_empty();
+    let verdicts = has_verdicts.then(|| Record::Verdicts(mission.verdict_report(now)));
+    let written = records.chain(verdicts).chain(stand).try_for_each(|record| recorder.record(now, &record));
     if written.and_then(|()| recorder.flush()).is_ok() && recorder.trouble().is_none() {
         return Some(recorder);
     }

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use dragnet_coordinator::finds::Find;
 use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::track::Track;
 use dragnet_proto::message::Detection;
+use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -36,6 +38,10 @@ pub struct Account {
     pub terrain: Terrain,
     /// Objects that are declared, in the order of their declaration.
     pub found: Vec<Detection>,
+    /// Objects that the operator has dismissed and that are not declared any more, by cell.
+    pub dismissed: Vec<Find>,
+    /// The operator's verdicts on both.
+    pub verdicts: Verdicts,
     /// The cells of each robot, in the order of its own clock; repeated where it waited.
     pub tracks: BTreeMap<RobotId, Vec<Visit>>,
     /// The plans of robots that move: position and cells to enter from there.
@@ -120,6 +126,8 @@ impl Account {
             until,
             frame,
             found: fold.found(),
+            dismissed: fold.mission.finds().into_iter().filter(|find| !find.is_declared).collect(),
+            verdicts: fold.mission.verdicts().clone(),
             plans: fold.plans(),
             total: weigh.cells(terrain.searched_cells().map(|cell| (cell, 1.0))),
             areas,
@@ -135,6 +143,12 @@ impl Account {
     pub fn speed_meters_per_second(&self, robot: RobotId) -> f64 {
         let known = self.speeds_meters_per_second.get(robot.index());
         known.copied().unwrap_or(USUAL_SPEED_METERS_PER_SECOND)
+    }
+
+    /// What the operator has decided about a find: `confirmed` or `dismissed`.
+    #[must_use]
+    pub fn operator(&self, cell: Cell) -> Option<&'static str> {
+        self.verdicts.decision(cell).and_then(Decision::word)
     }
 
     /// The center of a cell.

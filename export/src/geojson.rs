@@ -2,13 +2,16 @@
 //!
 //! | `kind` | geometry | further properties |
 //! |---|---|---|
-//! | `found` | Point | `probability`, `declared_at`, `declared_seconds`, `row`, `column` |
+//! | `found` | Point | `probability`, `operator`, `declared_at`, `declared_seconds`, `row`, `column` |
+//! | `dismissed` | Point | `operator`, `dismissed_at`, `dismissed_seconds`, `row`, `column` |
 //! | `track` | `LineString` | `robot`, `coordTimes` |
 //! | `cleared` | `MultiPolygon` | `pod_from`, `pod_to`, `cells` |
 //!
-//! An area that was searched has `poa`, `pod`, `pos` and `cells`. When the file is read as a map, these features are
+//! `operator` is what the operator has decided about a find: `confirmed`, `dismissed` or null. A dismissed find that was found
+//! again is `found`. An area that was searched has `poa`, `pod`, `pos` and `cells`. When the file is read as a map, these features are
 //! ignored.
 
+use dragnet_coordinator::finds::Find;
 use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, GeoPoint};
 use dragnet_scenario::time::MissionTime;
@@ -29,7 +32,8 @@ pub fn text(account: &Account) -> String {
         bands(&account.terrain, &account.frame, &account.pod).into_iter().map(|band| cleared(&band));
     let tracks = account.tracks.iter().map(|(robot, visits)| track(account, *robot, visits));
     let found = (1..).zip(&account.found).map(|(number, object)| found(account, number, object));
-    let features = areas.chain(cleared).chain(tracks).chain(found).collect();
+    let dismissed = (1..).zip(&account.dismissed).map(|(number, find)| dismissed(account, number, find));
+    let features = areas.chain(cleared).chain(tracks).chain(found).chain(dismissed).collect();
     let total = json!({
         "name": account.name,
         "until": wall_time(account.start_unix_ns, account.until),
@@ -91,12 +95,27 @@ fn found(account: &Account, number: usize, object: &Detection) -> Feature {
         "kind": "found",
         "name": format!("Object {number}"),
         "probability": object.probability,
+        "operator": account.operator(object.cell),
         "declared_at": wall_time(account.start_unix_ns, time),
         "declared_seconds": time.as_seconds(),
         "row": cell.row,
         "column": cell.column,
     });
     feature(properties, GeometryValue::Point { coordinates: position(account.point(object.cell)) })
+}
+
+fn dismissed(account: &Account, number: usize, find: &Find) -> Feature {
+    let cell = account.terrain.grid().position(find.cell);
+    let properties = json!({
+        "kind": "dismissed",
+        "name": format!("Dismissed {number}"),
+        "operator": account.operator(find.cell),
+        "dismissed_at": wall_time(account.start_unix_ns, find.since),
+        "dismissed_seconds": find.since.as_seconds(),
+        "row": cell.row,
+        "column": cell.column,
+    });
+    feature(properties, GeometryValue::Point { coordinates: position(account.point(find.cell)) })
 }
 
 fn feature(properties: JsonValue, geometry: GeometryValue) -> Feature {

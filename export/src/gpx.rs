@@ -1,4 +1,4 @@
-//! An account as GPX 1.1: found objects as waypoints, tracks of the robots with times. GPX has no areas, so cleared
+//! An account as GPX 1.1: found objects, without dismissed ones, as waypoints, tracks of the robots with times. GPX has no areas, so cleared
 //! cells are left out.
 
 use std::io;
@@ -43,7 +43,9 @@ fn waypoint(writer: &mut Document, account: &Account, number: usize, object: &De
     point.write_inner_content(|writer| {
         xml::element(writer, "time", &wall_time(account.start_unix_ns, MissionTime(object.time_ns)))?;
         xml::element(writer, "name", &format!("Object {number}"))?;
-        xml::element(writer, "desc", &format!("probability {:.4}", object.probability))
+        let operator =
+            account.operator(object.cell).map_or_else(String::new, |word| format!(", {word} by hand"));
+        xml::element(writer, "desc", &format!("probability {:.4}{operator}", object.probability))
     })?;
     Ok(())
 }

@@ -1,7 +1,8 @@
-//! An account as KML 2.2: folders of found objects, tracks, cleared cells, and the areas of the mission.
+//! An account as KML 2.2: folders of found objects, of dismissed ones if there are any, tracks, cleared cells, and the areas of the mission.
 
 use std::io;
 
+use dragnet_coordinator::finds::Find;
 use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, GeoPoint, Purpose};
 use dragnet_scenario::time::MissionTime;
@@ -29,6 +30,12 @@ pub fn text(account: &Account) -> String {
                 folder(writer, "Found", |writer| {
                     (1..).zip(&account.found).try_for_each(|(number, it)| found(writer, account, number, it))
                 })?;
+                if !account.dismissed.is_empty() {
+                    folder(writer, "Dismissed", |writer| {
+                        let mut dismissed = (1..).zip(&account.dismissed);
+                        dismissed.try_for_each(|(number, it)| self::dismissed(writer, account, number, it))
+                    })?;
+                }
                 folder(writer, "Tracks", |writer| {
                     account
                         .tracks
@@ -91,8 +98,21 @@ fn found(writer: &mut Document, account: &Account, number: usize, object: &Detec
         writer
             .create_element("TimeStamp")
             .write_inner_content(|writer| xml::element(writer, "when", &when))?;
-        data(writer, &[("kind", "found".into()), ("probability", object.probability.to_string())])?;
+        let operator = account.operator(object.cell).map(|word| ("operator", word.to_owned()));
+        let facts = [("kind", "found".into()), ("probability", object.probability.to_string())];
+        data(writer, &facts.into_iter().chain(operator).collect::<Vec<_>>())?;
         point(writer, account.point(object.cell))
+    })
+}
+
+fn dismissed(writer: &mut Document, account: &Account, number: usize, find: &Find) -> io::Result<()> {
+    let when = wall_time(account.start_unix_ns, find.since);
+    placemark(writer, &format!("Dismissed {number}"), |writer| {
+        writer
+            .create_element("TimeStamp")
+            .write_inner_content(|writer| xml::element(writer, "when", &when))?;
+        data(writer, &[("kind", "dismissed".into()), ("operator", "dismissed".into())])?;
+        point(writer, account.point(find.cell))
     })
 }
 

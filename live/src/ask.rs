@@ -1,7 +1,9 @@
 //! Commands of the page: their format, validation and answers.
 
+use dragnet_coordinator::finds::Find;
 use dragnet_proto::command::{Command, Mark};
-use dragnet_search::cell::Position;
+use dragnet_proto::verdict::Decision;
+use dragnet_search::cell::{Cell, Position};
 use serde::Deserialize;
 
 use crate::polygon::{self, Corner, PolygonError};
@@ -24,6 +26,15 @@ pub enum Ask {
         /// The mark.
         r#as: MarkName,
     },
+    /// Decide about a find.
+    Find {
+        /// Row of its cell, from the south.
+        row: u32,
+        /// Column of its cell, from the west.
+        column: u32,
+        /// The decision.
+        r#as: DecisionName,
+    },
     /// Add a polygon to the search area.
     Search {
         /// Its corners.
@@ -39,6 +50,18 @@ pub enum MarkName {
     Searched,
     /// [`Mark::Clue`].
     Clue,
+}
+
+/// Names of decisions about finds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DecisionName {
+    /// [`Decision::Confirmed`].
+    Confirmed,
+    /// [`Decision::Dismissed`].
+    Dismissed,
+    /// [`Decision::Undone`].
+    Undone,
 }
 
 /// Why a command is rejected.
@@ -68,6 +91,22 @@ pub enum AskError {
         /// The given column.
         column: u32,
     },
+    /// No find to decide about.
+    #[error("there is no find in cell [{row}, {column}]: only a find can be confirmed or dismissed")]
+    NoFind {
+        /// The given row.
+        row: u32,
+        /// The given column.
+        column: u32,
+    },
+    /// No decision to undo.
+    #[error("no find in cell [{row}, {column}] was confirmed or dismissed, so that there is nothing to undo")]
+    NothingDecided {
+        /// The given row.
+        row: u32,
+        /// The given column.
+        column: u32,
+    },
     /// An invalid polygon.
     #[error(transparent)]
     Polygon(#[from] PolygonError),
@@ -86,15 +125,39 @@ impl Ask {
             Self::Pause {} => Ok((Command::Pause, "The robots are paused.".to_owned())),
             Self::Resume {} => Ok((Command::Resume, "The search is resumed.".to_owned())),
             Self::Mark { row, column, r#as } => mark(view, Position { row, column }, r#as),
+            Self::Find { row, column, r#as } => decide(view, Position { row, column }, r#as),
             Self::Search { corners } => search(view, &corners),
         }
     }
 }
 
-fn mark(view: &View, at: Position, name: MarkName) -> Result<(Command, String), AskError> {
+fn cell_at(view: &View, at: Position) -> Result<Cell, AskError> {
     let (grid, Position { row, column }) = (view.terrain().grid(), at);
     let (last_row, last_column) = (grid.rows() - 1, grid.columns() - 1);
-    let cell = grid.cell(at).ok_or(AskError::Cell { row, column, last_row, last_column })?;
+    grid.cell(at).ok_or(AskError::Cell { row, column, last_row, last_column })
+}
+
+fn decide(view: &View, at: Position, name: DecisionName) -> Result<(Command, String), AskError> {
+    let (cell, Position { row, column }) = (cell_at(view, at)?, at);
+    let find = view.fold().finds().into_iter().find(|find| find.cell == cell);
+    let (decision, effect) = match (name, find) {
+        (DecisionName::Undone, Some(Find { operator: Some(_), .. })) => {
+            (Decision::Undone, "open again: what the robots have seen decides")
+        }
+        (DecisionName::Undone, _) => return Err(AskError::NothingDecided { row, column }),
+        (_, None) => return Err(AskError::NoFind { row, column }),
+        (DecisionName::Confirmed, Some(_)) => {
+            (Decision::Confirmed, "confirmed: it stays, whatever robots see later")
+        }
+        (DecisionName::Dismissed, Some(_)) => {
+            (Decision::Dismissed, "dismissed: it comes back only if robots see much more that speaks for it")
+        }
+    };
+    Ok((Command::Judge(decision, cell), format!("The find in cell [{row}, {column}] is {effect}.")))
+}
+
+fn mark(view: &View, at: Position, name: MarkName) -> Result<(Command, String), AskError> {
+    let (cell, Position { row, column }) = (cell_at(view, at)?, at);
     if !view.terrain().is_searched(cell) {
         return Err(AskError::NotSearched { row, column });
     }

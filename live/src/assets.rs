@@ -59,6 +59,7 @@ assets! {
     "/map.js", "text/javascript; charset=utf-8", "dist/map.js";
     "/measure.js", "text/javascript; charset=utf-8", "dist/measure.js";
     "/mission.js", "text/javascript; charset=utf-8", "dist/mission.js";
+    "/orders.js", "text/javascript; charset=utf-8", "dist/orders.js";
     "/panel.js", "text/javascript; charset=utf-8", "dist/panel.js";
     "/pen.js", "text/javascript; charset=utf-8", "dist/pen.js";
     "/place.js", "text/javascript; charset=utf-8", "dist/place.js";

@@ -2,12 +2,16 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use dragnet_coordinator::finds::Find;
+use dragnet_proto::command::Mark;
+use dragnet_proto::verdict::Decision;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+use crate::orders::{Acknowledged, Order};
 use crate::place::{AreaFrame, EarthFrame};
 use crate::view::{State, View};
 
@@ -97,6 +101,11 @@ pub struct Frame {
     pub robots: Vec<RobotFrame>,
     /// Declared objects.
     pub declared: Vec<DeclaredFrame>,
+    /// Finds that the operator has dismissed and that are not declared any more.
+    pub dismissed: Vec<DismissedFrame>,
+    /// The operator's last commands, the newest first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orders: Option<Vec<OrderFrame>>,
     /// Probability of detection of the whole search, 0 to 1.
     pub pod: f64,
     /// Expected remaining objects.
@@ -150,6 +159,36 @@ pub struct DeclaredFrame {
     pub since: f64,
     /// The robot whose observation made it reach the detection threshold.
     pub robot: Option<u16>,
+    /// What the operator has decided: `confirmed`, or `dismissed` if it was declared again after that.
+    pub operator: Option<&'static str>,
+}
+
+/// A find that the operator has dismissed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DismissedFrame {
+    /// Its cell's number.
+    pub cell: u32,
+    /// Time of its dismissal, seconds.
+    pub since: f64,
+    /// The robot whose observation had made it reach the detection threshold.
+    pub robot: Option<u16>,
+}
+
+/// A command of the operator, and the robots that have it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OrderFrame {
+    /// When it was given, seconds.
+    pub time: f64,
+    /// `pause`, `resume`, `area`, `searched`, `clue`, `confirmed`, `dismissed` or `undone`.
+    pub what: &'static str,
+    /// Its cell's number, if it is about one.
+    pub cell: Option<u32>,
+    /// Number of cells that it is about.
+    pub cells: usize,
+    /// Robots that are known to have received it.
+    pub has: Vec<u16>,
+    /// Robots of which that is not known.
+    pub waits: Vec<u16>,
 }
 
 /// The state that a page shows.
@@ -160,6 +199,7 @@ pub struct Shown {
     /// Of the reach, and number of added cells; `None` before the first frame.
     reach: Option<(u32, usize)>,
     steps: BTreeMap<RobotId, u64>,
+    orders: Option<Vec<OrderFrame>>,
 }
 
 /// The belief in a cell, in 255 steps of its log-odds from [`LEAST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
@@ -200,6 +240,8 @@ impl Frame {
             out_of_reach: out_of_reach(view, added, &mut shown.reach),
             robots: robots(view, &mut shown.steps),
             declared: declared(view),
+            dismissed: dismissed(view),
+            orders: orders(view, &mut shown.orders),
             pod: view.total_pod(),
             expected: status.map_or(0.0, |status| status.expected_remaining),
             entropy: view.entropy_nats(),
@@ -274,10 +316,61 @@ fn declared(view: &View) -> Vec<DeclaredFrame> {
         cell: object.cell.number(),
         probability: view.belief().probability(object.cell),
         since: object.time_ns as f64 / 1e9,
-        robot: view.finder(object.cell).and_then(|source| match source {
-            Source::Robot(robot) => Some(robot.number()),
-            Source::Operator => None,
-        }),
+        robot: finder(view, object.cell),
+        operator: view.fold().verdicts().decision(object.cell).and_then(Decision::word),
     });
     declared.collect()
+}
+
+fn dismissed(view: &View) -> Vec<DismissedFrame> {
+    let dismissed = view.fold().finds().into_iter().filter(|find| !find.is_declared);
+    let frame = |find: Find| DismissedFrame {
+        cell: find.cell.number(),
+        since: find.since.as_seconds(),
+        robot: finder(view, find.cell),
+    };
+    dismissed.map(frame).collect()
+}
+
+fn finder(view: &View, cell: Cell) -> Option<u16> {
+    match view.finder(cell)? {
+        Source::Robot(robot) => Some(robot.number()),
+        Source::Operator => None,
+    }
+}
+
+fn orders(view: &View, shown: &mut Option<Vec<OrderFrame>>) -> Option<Vec<OrderFrame>> {
+    let robots: Vec<RobotId> = view.robots().map(|(robot, ..)| robot).collect();
+    let orders: Vec<OrderFrame> = view.orders().iter().map(|order| order_frame(order, &robots)).collect();
+    if shown.as_ref() == Some(&orders) {
+        return None;
+    }
+    *shown = Some(orders);
+    shown.clone()
+}
+
+fn order_frame(Acknowledged { time, order, has }: &Acknowledged, robots: &[RobotId]) -> OrderFrame {
+    let (what, cell) = match order {
+        Order::Pause { is_paused: true, .. } => ("pause", None),
+        Order::Pause { is_paused: false, .. } => ("resume", None),
+        Order::Area(_) => ("area", None),
+        Order::Mark { mark: Mark::Searched, cell, .. } => ("searched", Some(*cell)),
+        Order::Mark { mark: Mark::Clue, cell, .. } => ("clue", Some(*cell)),
+        Order::Verdict(cell, verdict) => (verdict.decision.word().unwrap_or("undone"), Some(*cell)),
+    };
+    let cells = match order {
+        Order::Pause { .. } => 0,
+        Order::Area(cells) => cells.len(),
+        Order::Mark { .. } | Order::Verdict(..) => 1,
+    };
+    let (has, waits) = robots.iter().partition::<Vec<RobotId>, _>(|robot| has.contains(robot));
+    let numbers = |robots: Vec<RobotId>| robots.into_iter().map(RobotId::number).collect();
+    OrderFrame {
+        time: time.as_seconds(),
+        what,
+        cell: cell.map(Cell::number),
+        cells,
+        has: numbers(has),
+        waits: numbers(waits),
+    }
 }

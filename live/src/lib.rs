@@ -21,6 +21,7 @@ pub mod guard;
 #[cfg(test)]
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;
+pub mod orders;
 pub mod page;
 pub mod place;
 pub mod planning;

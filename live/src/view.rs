@@ -22,6 +22,7 @@ use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
 
 use crate::curve::Curve;
+use crate::orders::Orders;
 use crate::searched::Searched;
 
 /// The span of mission time over which message rates are computed.
@@ -91,6 +92,7 @@ pub struct View {
     curve: Curve,
     observations: u64,
     marks: u64,
+    orders: Orders,
     /// Arrival times of messages, in the last [`MESSAGE_SPAN`].
     received: VecDeque<MissionTime>,
 }
@@ -146,6 +148,7 @@ impl View {
             curve: Curve::default(),
             observations: 0,
             marks: 0,
+            orders: Orders::default(),
             received: VecDeque::new(),
             reach: (!about.sights.is_empty()).then(|| Reach::unknown(about.terrain.grid())),
             fold,
@@ -160,10 +163,12 @@ impl View {
         self.pass(now);
         let seen = match record {
             Record::Observation(observation) => observation.readings.iter().map(|it| it.cell).collect(),
+            Record::Verdicts(report) => report.verdicts.iter().map(|(cell, _)| cell).collect(),
             _ => Vec::new(),
         };
+        self.orders.take(self.now, record);
         let before = self.entropy_of(&seen);
-        let Change { moved, added } = self.fold.take(record);
+        let Change { moved, added, .. } = self.fold.take(record);
         self.entropy_nats += self.entropy_of(&seen) - before + self.entropy_of(&added);
         self.searched.add(&self.fold, added.iter().copied());
         self.searched.update(&self.fold, &[seen, added].concat());
@@ -174,7 +179,7 @@ impl View {
             Record::Observation(observation) => self.observe(observation),
             Record::Intent(_) => self.received.push_back(self.now),
             Record::Heartbeat(heartbeat) => self.receive(heartbeat),
-            Record::Status(_) => self.plot(),
+            Record::Status(_) | Record::Verdicts(_) => self.plot(),
             // These follow from the records above.
             Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
         }
@@ -188,12 +193,12 @@ impl View {
         }
     }
 
-    /// Notes which observation made a cell reach the detection threshold.
+    /// Notes which observation made a cell reach the detection threshold; a find that was dismissed keeps its finder.
     fn credit(&mut self, observation: &Observation) {
         for cell in observation.readings.iter().map(|reading| reading.cell) {
             if self.fold.belief().is_found(cell, self.about.detection_threshold) {
                 self.finders.entry(cell).or_insert(observation.origin.source);
-            } else {
+            } else if self.fold.verdicts().decision(cell).is_none() {
                 self.finders.remove(&cell);
             }
         }
@@ -333,6 +338,12 @@ impl View {
     #[must_use]
     pub const fn counts(&self) -> (u64, u64) {
         (self.observations, self.marks)
+    }
+
+    /// The operator's last commands, and who has them.
+    #[must_use]
+    pub const fn orders(&self) -> &Orders {
+        &self.orders
     }
 
     /// Declared objects.

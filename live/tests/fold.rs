@@ -1,7 +1,7 @@
 //! The page shows the same of a running mission and of its recording at every time.
 #![expect(clippy::unwrap_used, reason = "a test fails by panic")]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -11,13 +11,14 @@ use dragnet_coordinator::mission::{CoordinatorConfig, Mission, Record};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::record::{Header, Recorder};
-use dragnet_live::frame::{Frame, Hello, Shown};
+use dragnet_live::frame::{Frame, Hello, OrderFrame, Shown};
 use dragnet_live::replay::{Replay, about};
 use dragnet_live::view::{About, State, View};
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, ParticipantError};
 use dragnet_proto::state_machine::{Event, StateMachine};
+use dragnet_proto::verdict::Decision;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -77,7 +78,7 @@ struct Played {
     added: Vec<Cell>,
 }
 
-/// A mission with a pause, marks and cells that the operator adds, observed by a listener and recorded.
+/// A mission with a pause, marks, decisions about finds and cells that the operator adds, observed by a listener and recorded.
 fn play() -> Played {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("map.txt"), MAP).unwrap();
@@ -106,7 +107,10 @@ fn play() -> Played {
     let mut robots = episode::team(&scenario, 5, Agent::new);
     let commands = vec![
         (250, Command::Resume),
+        (210, Command::Judge(Decision::Undone, grid.cell_numbered(5).unwrap())),
         (200, Command::Pause),
+        (170, Command::Judge(Decision::Dismissed, grid.cell_numbered(14).unwrap())),
+        (160, Command::Judge(Decision::Confirmed, grid.cell_numbered(5).unwrap())),
         (150, Command::Mark(Mark::Clue, added[0])),
         (125, Command::Search(added.clone())),
         (100, Command::Mark(Mark::Searched, grid.cell_numbered(3).unwrap())),
@@ -166,6 +170,12 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         assert_eq!(&whole(replay.view()), expected, "back at {} s", time.as_seconds());
     }
     assert!(shown.iter().any(|frame| frame.contains("\"is_paused\":true") && frame.contains("\"paused\"")));
+    assert!(shown.iter().any(|frame| frame.contains("\"operator\":\"confirmed\"")));
+    assert!(
+        shown[60].contains("\"dismissed\":[{\"cell\":14,") && !shown[60].contains("confirmed\"}"),
+        "{}",
+        shown[60]
+    );
     assert!(shown[60].contains("\"marks\":2") && shown[60].contains("\"added\":4"), "{}", shown[60]);
 }
 
@@ -305,4 +315,53 @@ fn a_silent_robot_is_shown_as_lost_without_a_plan() {
     assert_eq!(planned(&view), 1);
     let frame = Frame::next(&view, &mut Shown::default());
     assert_eq!(frame.robots.iter().map(|robot| robot.is_doubled).collect::<Vec<_>>(), [true, false]);
+}
+
+#[test]
+fn every_command_is_acknowledged_by_the_robots_that_have_it() {
+    let Played { records, playback, .. } = play();
+    let mut view = View::new(Arc::new(about(&playback)));
+    let orders = |view: &View| Frame::next(view, &mut Shown::default()).orders.unwrap();
+    let (mut waited, mut answered) = (BTreeSet::new(), BTreeSet::new());
+    for (time, record) in &records {
+        view.take(*time, record);
+        for OrderFrame { what, has, waits, .. } in orders(&view) {
+            assert_eq!(has.len() + waits.len(), 2);
+            waited.extend((has.len() == 1).then_some(what));
+            answered.extend(waits.is_empty().then_some(what));
+        }
+    }
+    let all = ["area", "clue", "confirmed", "dismissed", "pause", "resume", "searched", "undone"];
+    assert_eq!(answered, all.into(), "all have it in the end");
+    assert_eq!(waited, all.into(), "one robot has it before the other");
+    let last: Vec<&str> = orders(&view).iter().map(|order| order.what).collect();
+    assert_eq!(last, ["resume", "undone", "pause", "dismissed", "confirmed"]);
+}
+
+#[test]
+fn a_robot_that_is_cut_off_is_waited_for() {
+    let Played { records, playback, .. } = play();
+    let mut view = View::new(Arc::new(about(&playback)));
+    let is_from_two = |record: &Record| match record {
+        Record::Heartbeat(heartbeat) => heartbeat.robot.number() == 2,
+        Record::Verdicts(report) => report.from == Participant::Robot(RobotId::new(2).unwrap()),
+        _ => false,
+    };
+    for (time, record) in records.iter().filter(|(_, record)| !is_from_two(record)) {
+        view.take(*time, record);
+    }
+    let mut shown = Shown::default();
+    for order in Frame::next(&view, &mut shown).orders.unwrap() {
+        assert_eq!((order.has, order.waits), (vec![1], vec![2]), "{}", order.what);
+    }
+    assert_eq!(Frame::next(&view, &mut shown).orders, None, "nothing has changed");
+    // It comes back.
+    let last = |of: &dyn Fn(&Record) -> bool| records.iter().rev().find(|(_, record)| of(record)).unwrap();
+    for (_, record) in
+        [last(&|it| is_from_two(it)), last(&|it| matches!(it, Record::Heartbeat(_)) && is_from_two(it))]
+    {
+        view.take(view.now(), record);
+    }
+    let orders = Frame::next(&view, &mut shown).orders.unwrap();
+    assert!(orders.iter().all(|order| order.waits.is_empty()), "{orders:?}");
 }

@@ -154,6 +154,7 @@ pub fn dated(from: Participant, message: &Message) -> Option<MissionTime> {
         Message::Intent(intent) => intent.time_ns,
         Message::Heartbeat(heartbeat) => heartbeat.time_ns,
         Message::MissionStatus(status) => status.time_ns,
+        Message::Verdicts(report) => report.time_ns,
         Message::SyncRequest(_) | Message::SyncReply(_) => return None,
     };
     Some(MissionTime(time_ns))

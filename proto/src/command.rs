@@ -3,6 +3,8 @@
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
 
+use crate::verdict::Decision;
+
 /// A command of the operator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Command {
@@ -14,6 +16,8 @@ pub enum Command {
     Mark(Mark, Cell),
     /// Add these cells to the search area.
     Search(Vec<Cell>),
+    /// Decide about the find in a cell.
+    Judge(Decision, Cell),
 }
 
 /// An operator's mark of a cell. It counts as one reading of it.

@@ -10,6 +10,7 @@ mod field;
 mod messages;
 mod packed;
 mod steps;
+mod verdicts;
 
 use std::sync::Arc;
 
@@ -44,6 +45,7 @@ pub fn encode(message: &Message) -> Vec<u8> {
         Message::SyncRequest(request) => cdr::encode(&wire::SyncRequest::from(request)),
         Message::SyncReply(reply) => cdr::encode(&wire::SyncReply::from(reply)),
         Message::MissionStatus(status) => cdr::encode(&wire::MissionStatus::from(status)),
+        Message::Verdicts(report) => cdr::encode(&wire::Verdicts::from(report)),
     }
 }
 
@@ -82,6 +84,7 @@ pub fn check_sender(message: &Message, sender: Participant) -> Result<(), Conver
         Message::SyncRequest(request) => request.from,
         Message::SyncReply(_) => sender,
         Message::MissionStatus(_) => Participant::Coordinator,
+        Message::Verdicts(report) => report.from,
     };
     if author == sender {
         Ok(())
@@ -174,6 +177,7 @@ impl Codec {
             Message::SyncRequest(request) => packed::pack(&wire::SyncRequest::from(request), map),
             Message::SyncReply(reply) => packed::pack(&wire::SyncReply::from(reply), map),
             Message::MissionStatus(status) => packed::pack(&wire::MissionStatus::from(status), map),
+            Message::Verdicts(report) => packed::pack(&wire::Verdicts::from(report), map),
         }
     }
 
@@ -219,6 +223,10 @@ impl Codec {
             MessageKind::MissionStatus => {
                 let (wire, check) = self.read_any::<wire::MissionStatus>(bytes)?;
                 Ok(Message::MissionStatus(check.mission_status(&wire)?))
+            }
+            MessageKind::Verdicts => {
+                let (wire, check) = self.read_any::<wire::Verdicts>(bytes)?;
+                Ok(Message::Verdicts(check.verdicts(&wire)?))
             }
         }
     }

@@ -14,7 +14,7 @@ use dragnet_search::terrain::Terrain;
 
 /// An order dated later than this after its reception counts as dated so. No correct clock is as far ahead, and no
 /// later order could follow one at the end of time.
-const MOST_AHEAD: Duration = Duration::from_hours(365 * 24);
+pub(crate) const MOST_AHEAD: Duration = Duration::from_hours(365 * 24);
 
 /// The operator's latest pause or resumption, and all added cells. The default contains neither.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -116,6 +116,18 @@ pub struct Directive {
     pub counts: Vec<u32>,
 }
 
+/// `dragnet_msgs/msg/Verdicts`, see `msg/Verdicts.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Verdicts {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub cells: Vec<u32>,
+    pub numbers: Vec<u64>,
+    pub decisions: Vec<u8>,
+    pub log_odds: Vec<i64>,
+}
+
 /// `dragnet_msgs/msg/Step`, see `msg/Step.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Step {

@@ -1,10 +1,10 @@
 //! Zenoh keys of all messages.
 //!
 //! ```text
-//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat}
+//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts}
 //! dragnet/<mission>/robots/<robot>/alive/<seniority>/<identity>
 //! dragnet/<mission>/robots/<from>/{sync_request,sync_reply}/<to>
-//! dragnet/<mission>/coordinator/{status,observation}
+//! dragnet/<mission>/coordinator/{status,observation,verdicts}
 //! dragnet/<mission>/coordinator/alive/<seniority>/<identity>
 //! dragnet/<mission>/coordinator/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
@@ -76,6 +76,8 @@ pub enum Topic {
     Status,
     /// The operator's marks, published by the coordinator, [`MessageKind::Observation`].
     ByHand,
+    /// The operator's verdicts as a participant knows them, [`MessageKind::Verdicts`].
+    Verdicts(Participant),
     /// Queries of the simulator to a participant, [`crate::step::Step`].
     SimStep(Participant),
     /// The readings of a robot's simulated sensor, [`crate::step::Sensed`].
@@ -99,6 +101,7 @@ impl Topic {
             (MessageKind::SyncReply, from, Audience::One(to)) => Some(Self::SyncReply { from, to }),
             (MessageKind::MissionStatus, Participant::Coordinator, Audience::All) => Some(Self::Status),
             (MessageKind::Observation, Participant::Coordinator, Audience::All) => Some(Self::ByHand),
+            (MessageKind::Verdicts, from, Audience::All) => Some(Self::Verdicts(from)),
             _ => None,
         }
     }
@@ -114,6 +117,7 @@ impl Topic {
             Self::SyncReply { from, .. } => Some((MessageKind::SyncReply, from)),
             Self::Status => Some((MessageKind::MissionStatus, Participant::Coordinator)),
             Self::ByHand => Some((MessageKind::Observation, Participant::Coordinator)),
+            Self::Verdicts(from) => Some((MessageKind::Verdicts, from)),
             Self::Alive { .. } | Self::SimStep(_) | Self::SimSensed(_) => None,
         }
     }
@@ -137,6 +141,7 @@ impl fmt::Display for Key {
             }
             Topic::Status => write!(formatter, "{COORDINATOR}/status"),
             Topic::ByHand => write!(formatter, "{COORDINATOR}/observation"),
+            Topic::Verdicts(from) => write!(formatter, "{}/verdicts", Home(from)),
             Topic::SimStep(participant) => write!(formatter, "sim/step/{}", Address(participant)),
             Topic::SimSensed(robot) => write!(formatter, "sim/sensed/{robot}"),
         }
@@ -220,6 +225,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "observation"] => Topic::Observation(number(robot)?),
         ["robots", robot, "intent"] => Topic::Intent(number(robot)?),
         ["robots", robot, "heartbeat"] => Topic::Heartbeat(number(robot)?),
+        ["robots", robot, "verdicts"] => Topic::Verdicts(Participant::Robot(number(robot)?)),
         ["robots", robot, "alive", seniority, identity] => {
             let participant = Participant::Robot(number(robot)?);
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
@@ -233,6 +239,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         }
         [COORDINATOR, "status"] => Topic::Status,
         [COORDINATOR, "observation"] => Topic::ByHand,
+        [COORDINATOR, "verdicts"] => Topic::Verdicts(from_coordinator),
         [COORDINATOR, "alive", seniority, identity] => {
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
             Topic::Alive { participant: from_coordinator, claim }

@@ -1,6 +1,6 @@
-//! What a participant knows: the observations that it has counted, and what follows from them.
+//! What a participant knows: the observations that it has counted, the operator's verdicts, and what follows from them.
 //!
-//! Equal sets of observations give equal knowledge, in any order. So the participants of one process need not hold it
+//! Equal sets of observations and equal verdicts give equal knowledge, in any order. So the participants of one process need not hold it
 //! once each: those that a simulator lets share their knowledge ([`Knowledge::share`]) hold one copy as long as they
 //! have counted the same observations, and the first of them that counts another one computes what all the others
 //! take over. In a large team on a good network nearly all of the work of merging is done once, instead of once a robot.
@@ -9,12 +9,15 @@ use std::collections::HashMap;
 use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Observation, ObservationLog, Versions};
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
+
+use crate::verdict::{Decision, Verdicts};
 
 /// One participant's knowledge. A copy costs nothing until one of them changes.
 #[derive(Clone, Debug)]
@@ -29,9 +32,9 @@ pub struct SharedKnowledge {
     states: Arc<Mutex<HashMap<Contents, Weak<State>>>>,
 }
 
-/// What decides what a participant knows: the sum of the digests of its observations, and its prior by address. The names of
-/// observations would not do: if two robots use one number, different observations have one name.
-type Contents = (u128, usize);
+/// What decides what a participant knows: the sum of the digests of its observations, its prior by address, and the
+/// verdicts. The names of observations would not do: if two robots use one number, different observations have one name.
+type Contents = (u128, usize, Arc<Verdicts>);
 
 #[derive(Debug)]
 struct State {
@@ -39,6 +42,7 @@ struct State {
     belief: Belief,
     /// Cells that robots can observe, from the cells of all observations.
     reach: Arc<Reach>,
+    verdicts: Arc<Verdicts>,
     /// Sum of the digests of the observations; kept only while the knowledge is shared.
     digests: u128,
     derived: Derived,
@@ -56,15 +60,21 @@ struct Derived {
 /// A copy is made to be changed: nobody has counted anything after it.
 impl Clone for State {
     fn clone(&self) -> Self {
-        let Self { log, belief, reach, digests, .. } = self;
-        let (log, belief, reach) = (log.clone(), belief.clone(), Arc::clone(reach));
-        Self { log, belief, reach, digests: *digests, derived: Derived::default() }
+        let Self { log, belief, reach, verdicts, digests, .. } = self;
+        let (log, belief) = (log.clone(), belief.clone());
+        let (reach, verdicts) = (Arc::clone(reach), Arc::clone(verdicts));
+        Self { log, belief, reach, verdicts, digests: *digests, derived: Derived::default() }
     }
 }
 
 impl State {
     fn contents(&self) -> Contents {
-        (self.digests, self.belief.prior_address())
+        self.contents_with(self.digests)
+    }
+
+    /// The contents with other observations.
+    fn contents_with(&self, digests: u128) -> Contents {
+        (digests, self.belief.prior_address(), Arc::clone(&self.verdicts))
     }
 
     fn count(&mut self, terrain: &Terrain, sight: Option<Sight>, observation: &Arc<Observation>) {
@@ -83,8 +93,11 @@ impl Knowledge {
     #[must_use]
     pub fn new(terrain: &Terrain, prior: Belief) -> Self {
         let reach = Arc::new(Reach::unknown(terrain.grid()));
-        let (log, derived) = (ObservationLog::default(), Derived::default());
-        Self { state: Arc::new(State { log, belief: prior, reach, digests: 0, derived }), shared: None }
+        let (log, verdicts, derived) = Default::default();
+        Self {
+            state: Arc::new(State { log, belief: prior, reach, verdicts, digests: 0, derived }),
+            shared: None,
+        }
     }
 
     /// Shares this knowledge with others of the mission that have the same prior, whenever they have counted the same
@@ -125,6 +138,18 @@ impl Knowledge {
         &self.state.reach
     }
 
+    /// The operator's verdicts.
+    #[must_use]
+    pub fn verdicts(&self) -> &Verdicts {
+        &self.state.verdicts
+    }
+
+    /// The operator's verdicts and, as of a time in nanoseconds, a new one.
+    #[must_use]
+    pub fn verdicts_with(&self, time_ns: u64, cell: Cell, decision: Decision) -> Verdicts {
+        self.verdicts().with(time_ns, cell, decision, self.belief())
+    }
+
     /// The version vector of the observations.
     #[must_use]
     pub fn versions(&self) -> Versions {
@@ -152,6 +177,19 @@ impl Knowledge {
         prior: f64,
     ) -> Vec<Cell> {
         self.state_mut().belief.search_also(terrain, cells, prior)
+    }
+
+    /// Merges verdicts, as [`Verdicts::merge`]; returns the cells with a new one.
+    pub fn judge(&mut self, now: MissionTime, verdicts: &Verdicts) -> Vec<Cell> {
+        if verdicts.iter().all(|(cell, verdict)| self.verdicts().includes(cell, verdict)) {
+            return Vec::new();
+        }
+        let State { belief, verdicts: known, .. } = self.state_mut();
+        let judged = Arc::make_mut(known).merge(now, verdicts, belief);
+        if let Some(shared) = &self.shared {
+            shared.offer(&mut self.state);
+        }
+        judged
     }
 
     /// Keeps at most the last `held` observations of each origin in memory. Others that need them all would miss the rest,
@@ -182,7 +220,7 @@ impl Knowledge {
         let digests = self.state.digests.wrapping_add(observation.digest().0);
         // If nobody else knows the same, nobody follows, and nothing is copied.
         let before = (Arc::strong_count(&self.state) > 1).then(|| Arc::clone(&self.state));
-        if let Some(known) = shared.find((digests, self.state.contents().1)) {
+        if let Some(known) = shared.find(&self.state.contents_with(digests)) {
             self.state = known;
         } else {
             let state = self.state_mut();
@@ -197,8 +235,8 @@ impl Knowledge {
 }
 
 impl SharedKnowledge {
-    fn find(&self, contents: Contents) -> Option<Arc<State>> {
-        self.states().get(&contents)?.upgrade()
+    fn find(&self, contents: &Contents) -> Option<Arc<State>> {
+        self.states().get(contents)?.upgrade()
     }
 
     /// Replaces a state by that of another participant with the same contents, or makes it known to others.
@@ -293,6 +331,27 @@ mod tests {
         let is_found = |robot: usize, cell| team[robot].belief().is_found(cell, 0.9);
         assert_eq!([0, 1, 2].map(|robot| is_found(robot, read)), [true, false, true]);
         assert_eq!([0, 2].map(|robot| team[robot].belief().probability(added) > 0.2), [false, true]);
+    }
+
+    #[test]
+    fn participants_with_the_same_verdicts_hold_them_once_and_others_do_not_share_theirs() {
+        let (terrain, first) = field();
+        let mut team = team(&first);
+        let [a, b] = [1, 2].map(|robot| observation(&terrain, robot, 0, 1.0));
+        let judged = terrain.grid().cell_numbered(1).unwrap();
+        learn(&mut team[0], &terrain, &a);
+        let verdicts = team[0].verdicts_with(1, judged, Decision::Dismissed);
+        assert_eq!(team[0].judge(MissionTime(1), &verdicts), [judged]);
+        learn(&mut team[0], &terrain, &b);
+        assert_eq!(team[1].judge(MissionTime(1), &verdicts), [judged], "before the observations");
+        for knowledge in &mut team[1..] {
+            learn(knowledge, &terrain, &b);
+            learn(knowledge, &terrain, &a);
+        }
+        assert!(Arc::ptr_eq(&team[0].state, &team[1].state) && Arc::ptr_eq(&team[2].state, &team[3].state));
+        assert_eq!([0, 2].map(|robot| team[robot].belief().is_found(judged, 0.5)), [false, true]);
+        assert_eq!(team[2].judge(MissionTime(2), &verdicts), [judged]);
+        assert!(Arc::ptr_eq(&team[0].state, &team[2].state));
     }
 
     proptest! {

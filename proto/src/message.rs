@@ -12,6 +12,7 @@ use dragnet_search::intent::PlannedPath;
 use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 
 use crate::directive::Directive;
+use crate::verdict::Verdicts;
 
 /// The receivers of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -37,6 +38,8 @@ pub enum Message {
     SyncReply(SyncReply),
     /// From the coordinator to all: the mission's status.
     MissionStatus(MissionStatus),
+    /// To all, beside heartbeats and status once there are any: the operator's verdicts that the sender knows.
+    Verdicts(VerdictReport),
 }
 
 impl Message {
@@ -50,6 +53,7 @@ impl Message {
             Self::SyncRequest(_) => MessageKind::SyncRequest,
             Self::SyncReply(_) => MessageKind::SyncReply,
             Self::MissionStatus(_) => MessageKind::MissionStatus,
+            Self::Verdicts(_) => MessageKind::Verdicts,
         }
     }
 }
@@ -69,17 +73,20 @@ pub enum MessageKind {
     SyncReply,
     /// [`Message::MissionStatus`].
     MissionStatus,
+    /// [`Message::Verdicts`].
+    Verdicts,
 }
 
 impl MessageKind {
     /// All kinds.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Observation,
         Self::Intent,
         Self::Heartbeat,
         Self::SyncRequest,
         Self::SyncReply,
         Self::MissionStatus,
+        Self::Verdicts,
     ];
 }
 
@@ -226,6 +233,17 @@ pub struct MissionStatus {
     pub directive: Directive,
     /// Robots whose number is used by several processes, by number.
     pub doubled: Vec<RobotId>,
+}
+
+/// The operator's verdicts that a participant knows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VerdictReport {
+    /// The participant.
+    pub from: Participant,
+    /// When it was sent, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// The verdicts.
+    pub verdicts: Verdicts,
 }
 
 /// A declared object.

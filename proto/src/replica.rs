@@ -1,5 +1,7 @@
 //! The replica: counts each valid observation exactly once, in the order of its origin, and requests missing ones.
 //!
+//! The operator's verdicts are merged as they come: each message holds all that its sender knows.
+//!
 //! This is anti-entropy replication of append-only logs, the same at robots and coordinator. A participant whose
 //! version vector reports more observations of any robot, its own or another's, is asked for them, so that the
 //! observations of a lost robot spread from any participant that received them.
@@ -17,6 +19,7 @@ use std::time::Duration;
 use dragnet_scenario::Class;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Entry, Observation, ObservationLog, Origin, Source, Versions};
 
 use self::questions::Questions;
@@ -45,6 +48,8 @@ pub struct Replica {
 pub struct Received {
     /// New observations, whose readings count from now on.
     pub new: Vec<Arc<Observation>>,
+    /// Cells with a new verdict of the operator, which counts from now on.
+    pub judged: Vec<Cell>,
     /// Requests and replies to send.
     pub replies: Vec<(Participant, Message)>,
     /// Requests for observations that were released, to be answered from where they are stored.
@@ -125,6 +130,7 @@ impl Replica {
             Message::MissionStatus(status) => self.compare(now, from, &status.versions, &mut received),
             Message::SyncRequest(request) => self.answer(*request, &mut received),
             Message::SyncReply(reply) => self.take_repeated(now, from, reply, &mut received),
+            Message::Verdicts(report) => received.judged = self.knowledge.judge(now, &report.verdicts),
             Message::Intent(_) => {}
         }
         received

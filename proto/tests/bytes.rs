@@ -10,11 +10,12 @@ use dragnet_proto::directive::Directive;
 use dragnet_proto::dragnet_msgs::VERSION;
 use dragnet_proto::message::{
     Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, SyncReply,
-    SyncRequest,
+    SyncRequest, VerdictReport,
 };
 use dragnet_proto::radio::{Load, Priority};
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
+use dragnet_proto::verdict::{Decision, Verdict, Verdicts};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -169,6 +170,19 @@ fn mission_statuses() -> impl Strategy<Value = MissionStatus> {
     )
 }
 
+fn verdicts() -> impl Strategy<Value = Verdicts> {
+    let most = Verdict::CONFIRMED_UNITS;
+    let decided = prop_oneof![
+        Just((Decision::Undone, 0)),
+        Just((Decision::Confirmed, most)),
+        (-most..0).prop_map(|units| (Decision::Dismissed, units)),
+    ];
+    let verdict = (cells(), any::<u64>(), decided).prop_map(|(cell, number, (decision, log_odds_units))| {
+        (cell, Verdict { number, decision, log_odds_units })
+    });
+    vec(verdict, 0..9).prop_map(|verdicts| verdicts.into_iter().collect())
+}
+
 fn messages() -> impl Strategy<Value = Message> {
     prop_oneof![
         observations().prop_map(|observation| Message::Observation(Arc::new(observation))),
@@ -178,6 +192,9 @@ fn messages() -> impl Strategy<Value = Message> {
             .prop_map(|(from, of, first)| Message::SyncRequest(SyncRequest { from, of, first })),
         sync_replies().prop_map(Message::SyncReply),
         mission_statuses().prop_map(Message::MissionStatus),
+        (participants(), any::<u64>(), verdicts()).prop_map(|(from, time_ns, verdicts)| Message::Verdicts(
+            VerdictReport { from, time_ns, verdicts }
+        )),
     ]
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use dragnet_proto::message::{Activity, Heartbeat, Message, MissionStatus};
 use dragnet_proto::state_machine::{Effects, StateMachine};
+use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::observation::{Observation, RobotId, Source};
@@ -15,6 +16,8 @@ pub(crate) struct Narrator {
     grid: Grid,
     /// Cells in which a robot has found an object, or the coordinator has declared one.
     found: BTreeSet<Cell>,
+    /// The operator's verdicts that the coordinator has published.
+    verdicts: Verdicts,
     /// The last activity of each robot that the coordinator received.
     activities: BTreeMap<RobotId, Activity>,
     /// Whether the coordinator has logged that all robots rest.
@@ -22,8 +25,15 @@ pub(crate) struct Narrator {
 }
 
 impl Narrator {
-    pub(crate) const fn new(me: Participant, grid: Grid) -> Self {
-        Self { me, grid, found: BTreeSet::new(), activities: BTreeMap::new(), is_over: false }
+    pub(crate) fn new(me: Participant, grid: Grid) -> Self {
+        Self {
+            me,
+            grid,
+            found: BTreeSet::new(),
+            verdicts: Verdicts::default(),
+            activities: BTreeMap::new(),
+            is_over: false,
+        }
     }
 
     /// Handles the activity of a robot: the coordinator logs once that all robots rest.
@@ -54,9 +64,22 @@ impl Narrator {
         let reasons: BTreeSet<&str> = self.activities.values().map(|it| it.reason()).collect();
         let reasons = reasons.into_iter().collect::<Vec<_>>().join("; ");
         let (robots, objects) = (self.activities.len(), self.found.len());
+        let by_hand = self.by_hand();
         Some(format!(
-            "done: all robots that are here ({robots}) rest, {reasons}; objects declared: {objects}"
+            "done: all robots that are here ({robots}) rest, {reasons}; objects declared: {objects}{by_hand}"
         ))
+    }
+
+    /// Numbers of declared objects that the operator has confirmed, and of others that were dismissed.
+    fn by_hand(&self) -> String {
+        let count = |decision, is_declared| {
+            let decided = self.verdicts.iter().filter(|(_, verdict)| verdict.decision == decision);
+            decided.filter(|(cell, _)| self.found.contains(cell) == is_declared).count()
+        };
+        let (confirmed, dismissed) = (count(Decision::Confirmed, true), count(Decision::Dismissed, false));
+        let confirmed = (confirmed > 0).then(|| format!(", of them {confirmed} confirmed by hand"));
+        let dismissed = (dismissed > 0).then(|| format!("; {dismissed} dismissed"));
+        [confirmed, dismissed].into_iter().flatten().collect()
     }
 
     /// Logs the effects of the last event of a state machine.
@@ -77,6 +100,11 @@ impl Narrator {
             _ => None,
         });
         lines.extend(statuses.flat_map(|status| self.declares(status)).collect::<Vec<_>>());
+        for (_, message) in &effects.published {
+            if let (Participant::Coordinator, Message::Verdicts(report)) = (self.me, message) {
+                lines.extend(self.judges(&report.verdicts));
+            }
+        }
         lines.extend(self.decides(effects));
         lines
     }
@@ -139,6 +167,18 @@ impl Narrator {
         let withdrawn = before.difference(&self.found);
         let withdrawn = withdrawn.map(|&cell| format!("withdrawn: an object at {}", self.place(cell)));
         new.chain(withdrawn).collect()
+    }
+
+    /// The coordinator has published the operator's verdicts.
+    fn judges(&mut self, verdicts: &Verdicts) -> Vec<String> {
+        let new = verdicts.iter().filter(|&(cell, verdict)| !self.verdicts.includes(cell, verdict));
+        let lines = new.map(|(cell, verdict)| match verdict.decision.word() {
+            Some(word) => format!("{word} by the operator: the find at {}", self.place(cell)),
+            None => format!("undone by the operator: the decision about the find at {}", self.place(cell)),
+        });
+        let lines = lines.collect();
+        self.verdicts = verdicts.clone();
+        lines
     }
 
     fn place(&self, cell: Cell) -> String {

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_agent::agent::Agent;
+use dragnet_coordinator::finds::FindCounts;
 use dragnet_coordinator::node::Listener;
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
@@ -256,7 +257,10 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
         };
         leaving(&session, watching).await
     })?;
-    node.finish(ended, BTreeMap::new())?;
+    let finds = FindCounts::of(&node.finish(ended, BTreeMap::new())?.finds());
+    if finds.has_verdicts() {
+        tracing::info!("coordinator ends: {finds}");
+    }
     Ok(())
 }
 

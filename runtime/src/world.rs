@@ -256,6 +256,9 @@ impl<'a> WorldServer<'a> {
             {
                 self.world.take_in(&mark.readings);
             }
+            Incoming::Message { message: Message::Verdicts(report), .. } => {
+                self.world.judge(self.clock.now(), &report.verdicts);
+            }
             Incoming::Left(Participant::Robot(gone), _) => {
                 self.has_missed = true;
                 self.robots.remove(&gone);

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError};
+use dragnet_proto::verdict::Verdicts;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -34,6 +35,8 @@ pub struct Episode {
     pub expected_remaining: f64,
     /// Path length of each robot, cells.
     pub path_cells: Vec<f64>,
+    /// The operator's verdicts on finds.
+    pub verdicts: Verdicts,
     /// Measurements during the episode.
     pub outcome: Outcome,
 }
@@ -49,6 +52,7 @@ impl Episode {
             score: world.score(),
             expected_remaining: world.expected_remaining(),
             path_cells: world.path_cells().collect(),
+            verdicts: world.verdicts().clone(),
             belief: world.into_merged(),
             outcome,
         }

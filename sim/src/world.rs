@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_proto::verdict::Verdicts;
+use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Class, Objects, Scenario, Start};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
@@ -30,6 +32,8 @@ pub struct World {
     reach: Reach,
     detection_threshold: f64,
     score: Score,
+    /// The operator's verdicts, which the merged belief contains.
+    verdicts: Verdicts,
     /// Whether readings are rounded as radios carry them.
     is_rounding: bool,
 }
@@ -87,6 +91,7 @@ impl World {
             reach,
             detection_threshold,
             score,
+            verdicts: Verdicts::default(),
             is_rounding: scenario.network().bytes_per_second.is_some(),
         }
     }
@@ -236,15 +241,36 @@ impl World {
         }
     }
 
+    /// Merges the operator's verdicts into the merged belief.
+    pub fn judge(&mut self, now: MissionTime, verdicts: &Verdicts) {
+        let before: Vec<(Cell, bool)> =
+            verdicts.iter().map(|(cell, _)| (cell, self.is_found(cell))).collect();
+        self.verdicts.merge(now, verdicts, &mut self.merged);
+        for (cell, was_found) in before {
+            self.rate(cell, was_found);
+        }
+    }
+
+    /// The operator's verdicts.
+    #[must_use]
+    pub const fn verdicts(&self) -> &Verdicts {
+        &self.verdicts
+    }
+
     /// Whether a cell has become found.
     fn merge(&mut self, cell: Cell, evidence: CellEvidence) -> bool {
         let before = self.is_found(cell);
         self.merged.add_evidence(cell, evidence);
-        let after = self.is_found(cell);
-        if before != after && self.terrain.is_searched(cell) && self.reach.covers(cell) {
-            self.score.change(after, self.truth.is_object(cell));
+        self.rate(cell, before)
+    }
+
+    /// Updates the score by a cell that was found before or not; returns whether it has become found.
+    fn rate(&mut self, cell: Cell, was_found: bool) -> bool {
+        let is_found = self.is_found(cell);
+        if was_found != is_found && self.terrain.is_searched(cell) && self.reach.covers(cell) {
+            self.score.change(is_found, self.truth.is_object(cell));
         }
-        after && !before
+        is_found && !was_found
     }
 }
 

@@ -12,7 +12,9 @@ use dragnet_coordinator::track::Tracks;
 use dragnet_live::page::Page;
 use dragnet_live::replay;
 use dragnet_live::view::{About, View};
-use dragnet_proto::message::MissionStatus;
+use dragnet_proto::message::{MissionStatus, VerdictReport};
+use dragnet_proto::verdict::{Verdict, Verdicts};
+use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::measures::Truth;
@@ -72,6 +74,7 @@ struct Teller {
     declared: BTreeSet<Cell>,
     alive: BTreeSet<RobotId>,
     is_paused: bool,
+    verdicts: Verdicts,
     /// Cells that each robot was in; robots by number.
     paths: Vec<Vec<Cell>>,
 }
@@ -85,6 +88,7 @@ impl Teller {
             declared: BTreeSet::new(),
             alive: BTreeSet::new(),
             is_paused: false,
+            verdicts: Verdicts::default(),
         }
     }
 
@@ -113,8 +117,20 @@ impl Teller {
                 Vec::new()
             }
             Record::Status(status) => self.stand(status),
+            Record::Verdicts(report) if report.from == Participant::Coordinator => self.judge(report),
             _ => Vec::new(),
         }
+    }
+
+    fn judge(&mut self, report: &VerdictReport) -> Vec<String> {
+        let grid = self.view.terrain().grid();
+        let before = std::mem::replace(&mut self.verdicts, report.verdicts.clone());
+        let new = report.verdicts.iter().filter(|&(cell, verdict)| !before.includes(cell, verdict));
+        let line = |(cell, verdict): (Cell, Verdict)| match verdict.decision.word() {
+            Some(word) => format!("the operator has {word} the find at {}", place(grid, cell)),
+            None => format!("the operator's decision about the find at {} is undone", place(grid, cell)),
+        };
+        new.map(line).collect()
     }
 
     fn stand(&mut self, status: &MissionStatus) -> Vec<String> {

@@ -13,6 +13,7 @@ use std::path::Path;
 
 use dragnet_proto::replica::Replica;
 use dragnet_proto::validation::Limits;
+use dragnet_proto::verdict::Verdicts;
 use dragnet_scenario::Scenario;
 use dragnet_search::belief::Belief;
 use dragnet_search::observation::Ends;
@@ -36,5 +37,6 @@ fn check(replica: &Replica, belief: &Belief, scenario: &Scenario, limits: &Limit
             before = Some(&**observation);
         }
     }
+    Verdicts::default().take(replica.knowledge().verdicts().iter(), &mut expected);
     assert_eq!(belief.digest(), expected.digest());
 }

@@ -15,6 +15,7 @@ use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::message::{Audience, Message, MessageKind};
 use dragnet_proto::state_machine::{Event, StateMachine};
 use dragnet_proto::validation::{Limits, Rejection};
+use dragnet_proto::verdict::Decision;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -185,10 +186,11 @@ impl World {
 
     fn command(&mut self) -> Command {
         let cell = self.any_cell();
-        match self.random.random_range(0..5) {
+        match self.random.random_range(0..7) {
             0 => Command::Pause,
             1 => Command::Resume,
             2 => Command::Search(vec![cell]),
+            3 | 4 => Command::Judge(*Decision::ALL.choose(&mut self.random).unwrap(), cell),
             _ => Command::Mark(*Mark::ALL.choose(&mut self.random).unwrap(), cell),
         }
     }

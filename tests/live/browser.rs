@@ -2,13 +2,18 @@
 
 use std::path::PathBuf;
 use std::process::Command;
+use std::time::Duration;
 
 use dragnet_proto::convert::Codec;
-use dragnet_runtime::link::Link;
+use dragnet_proto::directive::Directive;
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message};
+use dragnet_runtime::link::{Incoming, Link};
 use dragnet_runtime::session::{Endpoints, free_endpoints, open};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
-use dragnet_search::observation::RobotId;
+use dragnet_search::evidence::Digest;
+use dragnet_search::observation::{RobotId, Versions};
+use serde_json::Value;
 use tempfile::TempDir;
 
 use super::interpreter::interpreter;
@@ -32,6 +37,11 @@ fn missing() -> Option<String> {
 
 /// Plays one case of the script; screenshots go to `live/screenshots`.
 fn play(case: &str, served: Served) {
+    drop(played(case, served));
+}
+
+/// The same; the program still runs.
+fn played(case: &str, served: Served) -> Served {
     let screenshots = root().join("live/screenshots");
     std::fs::create_dir_all(&screenshots).unwrap();
     let script = root().join("live/page/test/browser.mjs");
@@ -40,6 +50,7 @@ fn play(case: &str, served: Served) {
     let reported = [output.stdout, output.stderr].concat();
     let reported = String::from_utf8_lossy(&reported);
     assert!(output.status.success(), "{case}: {reported}\n{}", served.complaints());
+    served
 }
 
 /// Prints why nothing was tested, if so; a failure where all requirements must be there.
@@ -56,6 +67,96 @@ fn in_browser(test: impl FnOnce()) {
 #[test]
 fn an_operator_watches_pauses_marks_and_adds_an_area() {
     in_browser(|| play("live", Served::run()));
+}
+
+#[test]
+fn finds_are_confirmed_and_dismissed_in_the_page_the_recording_and_the_export() {
+    in_browser(|| {
+        let served = played("finds", Served::run());
+        let dragnet = |arguments: &[&str]| {
+            let mut dragnet = Command::new(env!("CARGO_BIN_EXE_dragnet"));
+            let output = dragnet.args(arguments).current_dir(served.folder()).output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            String::from_utf8(output.stdout).unwrap()
+        };
+        let inspected = dragnet(&["inspect", "hall.mcap"]);
+        let line = |start: &str| inspected.lines().find(|line| line.trim_start().starts_with(start)).unwrap();
+        assert!(line("cell [16, 19], probability 1.0000").ends_with(", confirmed by hand"), "{inspected}");
+        assert!(line("dismissed ").ends_with(" 1") && line("cell [2, 3]").starts_with("  cell [2, 3], at "));
+        assert!(inspected.contains("/robots/0/verdicts") && inspected.contains("/robots/3/verdicts"));
+        let told = dragnet(&["replay", "hall.mcap"]);
+        for line in [
+            "has confirmed the find at [16, 19]",
+            "has dismissed the find at [2, 3]",
+            "the find at [2, 3] is undone",
+        ] {
+            assert!(told.contains(line), "{line}: {told}");
+        }
+        dragnet(&["export", "hall.mcap", "--to", "hall.geojson", "--origin", "49.2,-2.2"]);
+        let exported = std::fs::read_to_string(served.folder().join("hall.geojson")).unwrap();
+        let exported: Value = serde_json::from_str(&exported).unwrap();
+        let of = |row: u32, column: u32| {
+            let features = exported["features"].as_array().unwrap().iter().map(|it| &it["properties"]);
+            let mut at = features.filter(|it| it["row"] == row && it["column"] == column);
+            at.next().map(|it| (it["kind"].clone(), it["operator"].clone())).unwrap()
+        };
+        assert_eq!(of(16, 19), ("found".into(), "confirmed".into()));
+        assert_eq!(of(2, 3), ("dismissed".into(), "dismissed".into()));
+    });
+}
+
+#[test]
+fn a_robot_that_is_cut_off_is_waited_for() {
+    in_browser(|| {
+        let (folder, endpoint) = (folder(), free_endpoints(1).unwrap().remove(0));
+        let settings = format!(
+            "[live]\n[common]\nmission = \"hall\"\nscenario = \"hall.toml\"\nzenoh.listen = [{endpoint:?}]\n"
+        );
+        std::fs::write(folder.path().join("coordinator.toml"), settings).unwrap();
+        let scenario = Scenario::load(&folder.path().join("hall.toml")).unwrap();
+        let served = Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]);
+        let runtime = tokio::runtime::Runtime::new().unwrap();
+        let robot = runtime.spawn(repeat_orders(scenario, endpoint));
+        play("cutOff", served);
+        robot.abort();
+    });
+}
+
+/// Robot 1, which stands in the south-western corner and says each second which orders it has.
+async fn repeat_orders(scenario: Scenario, coordinator: String) {
+    let endpoints = Endpoints { connect: vec![coordinator], ..Endpoints::default() };
+    let session = open(&endpoints).await.unwrap();
+    let (codec, participant) = (Codec::of(&scenario), Participant::Robot(RobotId::FIRST));
+    let mut link = Link::join(session, "hall".parse().unwrap(), participant, codec).await.unwrap();
+    link.announce().await.unwrap();
+    let cell = scenario.terrain().grid().cell_numbered(0).unwrap();
+    let (robot, mut directive) = (RobotId::FIRST, Directive::default());
+    let mut seconds = tokio::time::interval(Duration::from_secs(1));
+    for number in 1.. {
+        loop {
+            tokio::select! {
+                _ = seconds.tick() => break,
+                received = link.receive() => {
+                    if let Some(Incoming::Message { message: Message::MissionStatus(status), .. }) = received {
+                        directive = status.directive;
+                    }
+                }
+            }
+        }
+        let time_ns = number * 1_000_000_000;
+        let heartbeat = Heartbeat {
+            robot,
+            time_ns,
+            activity: Activity::Searching,
+            cell,
+            path_meters: 0.0,
+            intent: Intent { robot, incarnation: 0, decision: 1, time_ns, path: Vec::new().into() },
+            versions: Versions::default(),
+            digest: Digest(0),
+            directive: directive.clone(),
+        };
+        link.publish(number, Audience::All, &Message::Heartbeat(heartbeat)).await.unwrap();
+    }
 }
 
 #[test]

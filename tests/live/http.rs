@@ -52,6 +52,11 @@ fn changing_the_mission_requires_the_token() {
     refused(r#"{"command":"mark","row":0,"column":25,"as":"clue"}"#, 422, "is not searched");
     refused(r#"{"command":"search","corners":[[0,0],[3,3]]}"#, 422, "2 corners; allowed are 3 to 1000");
     refused(r#"{"command":"search","corners":[[0,0],[3,0],[3,3]]}"#, 422, "searched already");
+    refused(r#"{"command":"find","row":1,"column":99,"as":"confirmed"}"#, 422, "columns 0 to 25");
+    refused(r#"{"command":"find","row":1,"column":1,"as":"confirmed"}"#, 422, "no find in cell [1, 1]");
+    refused(r#"{"command":"find","row":1,"column":1,"as":"dismissed"}"#, 422, "no find in cell [1, 1]");
+    refused(r#"{"command":"find","row":1,"column":1,"as":"undone"}"#, 422, "nothing to undo");
+    refused(r#"{"command":"find","row":1,"column":1,"as":"true"}"#, 400, "no command");
     let (status, ..) = ask(&served, "POST /command", &[&bearer], &"x".repeat(100_000));
     assert_eq!(status, 413);
 }

@@ -1,15 +1,18 @@
-//! The operator's commands: marks become observations, the others change the directive.
+//! The operator's commands: marks become observations, decisions about finds verdicts, and the others change the
+//! directive.
 
 use std::sync::Arc;
 
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Audience, Message};
+use dragnet_proto::message::{Audience, Message, VerdictReport};
+use dragnet_proto::verdict::{Decision, Verdicts};
+use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, Origin, Source};
 
-use super::{Mission, Outcome};
+use super::{Mission, Outcome, Record};
 
 impl Mission {
     /// The operator's directive so far.
@@ -22,6 +25,7 @@ impl Mission {
         let mut directive = self.directive.clone();
         match command {
             Command::Mark(mark, cell) => return self.mark(now, mark, cell, outcome),
+            Command::Judge(decision, cell) => return self.judge(now, decision, cell, outcome),
             Command::Pause if directive.is_paused => {}
             Command::Pause => directive.order_pause(now.0, true),
             Command::Resume if !directive.is_paused => {}
@@ -43,6 +47,42 @@ impl Mission {
         let added = self.directive.added.iter().copied();
         let new = self.replica.knowledge_mut().search_also(terrain, added, self.added_prior);
         self.declarations.review(now, self.replica.knowledge().belief(), new);
+        self.report(now, outcome);
+    }
+
+    /// The operator's verdicts so far.
+    #[must_use]
+    pub fn verdicts(&self) -> &Verdicts {
+        self.replica.knowledge().verdicts()
+    }
+
+    pub(crate) fn verdict_report(&self, now: MissionTime) -> VerdictReport {
+        VerdictReport { from: Participant::Coordinator, time_ns: now.0, verdicts: self.verdicts().clone() }
+    }
+
+    /// A find that is declared again can be dismissed again; any other decision is made once.
+    fn judge(&mut self, now: MissionTime, decision: Decision, cell: Cell, outcome: &mut Outcome) {
+        let is_known = match (decision, self.verdicts().decision(cell)) {
+            (Decision::Undone, known) => known.is_none(),
+            (Decision::Dismissed, Some(Decision::Dismissed)) => !self.declarations.contains(cell),
+            (decision, known) => known == Some(decision),
+        };
+        if is_known {
+            return;
+        }
+        let verdicts = self.replica.knowledge().verdicts_with(now.0, cell, decision);
+        let judged = self.replica.knowledge_mut().judge(now, &verdicts);
+        self.judged(now, &judged, outcome);
+    }
+
+    /// The verdicts on these cells have changed, by the operator here or by what a robot knows: they are recorded and
+    /// published to all.
+    pub(super) fn judged(&mut self, now: MissionTime, cells: &[Cell], outcome: &mut Outcome) {
+        if cells.is_empty() {
+            return;
+        }
+        self.declarations.review(now, self.replica.knowledge().belief(), cells.iter().copied());
+        outcome.records.push(Record::Verdicts(self.verdict_report(now)));
         self.report(now, outcome);
     }
 

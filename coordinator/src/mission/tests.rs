@@ -1,6 +1,7 @@
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::Directive;
 use dragnet_proto::message::{Activity, SyncReply, SyncRequest};
+use dragnet_proto::verdict::Decision;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Origin, Source, Version};
 
@@ -370,4 +371,70 @@ fn a_clue_may_declare_an_object_and_cells_that_are_searched_stay_as_they_are() {
     assert_eq!(statuses(&declaring)[0].declared.len(), 1);
     assert!(is_nothing(&command(&mut mission, at(2), Command::Search(vec![cell(1), cell(5)]))));
     assert!(mission.directive().added.is_empty());
+}
+
+/// The reports of verdicts that an outcome publishes, and the number of its records of the coordinator's own.
+fn verdict_reports(outcome: &Outcome) -> (Vec<VerdictReport>, usize) {
+    let published = outcome.effects.published.iter().filter_map(|said| match said {
+        (Audience::All, Message::Verdicts(report)) => Some(report.clone()),
+        _ => None,
+    });
+    let is_own = |record: &&Record| matches!(record, Record::Verdicts(report) if report.from == Participant::Coordinator);
+    (published.collect(), outcome.records.iter().filter(is_own).count())
+}
+
+#[test]
+fn a_dismissed_find_is_withdrawn_and_undoing_declares_it_again() {
+    let mut mission = mission();
+    see(&mut mission, at(0), &observation(ONE, 0, 5, 6.0));
+    assert_eq!(mission.declared().count(), 1);
+    assert_eq!(
+        verdict_reports(&mission.react(at(1), Event::Woke)),
+        (Vec::new(), 0),
+        "nothing is said of none"
+    );
+    let before = mission.belief().digest();
+    let dismissed = command(&mut mission, at(2), Command::Judge(Decision::Dismissed, cell(5)));
+    assert_eq!(statuses(&dismissed)[0].declared, []);
+    let (reports, recorded) = verdict_reports(&dismissed);
+    assert_eq!((reports.len(), recorded), (1, 1));
+    assert_eq!(reports[0].verdicts.of(cell(5)).unwrap().time(), at(2));
+    assert!(is_nothing(&command(&mut mission, at(3), Command::Judge(Decision::Dismissed, cell(5)))));
+    let (again, recorded) = verdict_reports(&mission.react(at(4), Event::Woke));
+    assert_eq!((again[0].verdicts.clone(), recorded), (reports[0].verdicts.clone(), 0), "beside each status");
+
+    see(&mut mission, at(5), &observation(ONE, 1, 5, 6.0));
+    assert_eq!(mission.declared().count(), 0);
+    (2..4).for_each(|sequence| drop(see(&mut mission, at(6), &observation(ONE, sequence, 5, 6.0))));
+    assert_eq!(mission.declared().count(), 1, "new evidence warrants it");
+    command(&mut mission, at(7), Command::Judge(Decision::Dismissed, cell(5)));
+    assert_eq!(mission.declared().count(), 0, "it can be dismissed again");
+    let undone = command(&mut mission, at(8), Command::Judge(Decision::Undone, cell(5)));
+    assert_eq!(statuses(&undone)[0].declared.len(), 1);
+    assert_ne!(mission.belief().digest(), before, "with what was read meanwhile");
+    assert!(is_nothing(&command(&mut mission, at(9), Command::Judge(Decision::Undone, cell(5)))));
+}
+
+#[test]
+fn a_confirmed_find_is_never_withdrawn_and_a_restarted_coordinator_learns_of_it_from_a_robot() {
+    let mut before = mission();
+    see(&mut before, at(100), &observation(ONE, 0, 5, 6.0));
+    command(&mut before, at(100), Command::Judge(Decision::Confirmed, cell(5)));
+    (1..90).for_each(|sequence| drop(see(&mut before, at(100), &observation(ONE, sequence, 5, -6.0))));
+    assert!(before.replica().rejected().is_empty() && before.replica().log().len() == 90);
+    assert_eq!(before.declared().map(|object| object.probability).collect::<Vec<_>>(), [1.0]);
+
+    let mut again = mission();
+    let from = Participant::Robot(ONE);
+    let report = VerdictReport { from, time_ns: at(1).0, verdicts: before.verdicts().clone() };
+    let learned = receive(&mut again, at(1), ONE, Message::Verdicts(report.clone()));
+    assert!(learned.records.contains(&Record::Verdicts(report.clone())), "the robot has it");
+    let (reports, recorded) = verdict_reports(&learned);
+    assert_eq!((reports[0].verdicts.clone(), recorded), (before.verdicts().clone(), 1));
+    assert_eq!(again.declared().count(), 1);
+    assert_eq!(verdict_reports(&receive(&mut again, at(2), ONE, Message::Verdicts(report))), (Vec::new(), 0));
+    // Its clock is far behind that of the one before.
+    command(&mut again, at(3), Command::Judge(Decision::Dismissed, cell(5)));
+    assert_eq!(again.declared().count(), 0);
+    assert!(again.verdicts().of(cell(5)) > before.verdicts().of(cell(5)));
 }

@@ -37,6 +37,8 @@ pub(crate) enum RobotTopic {
     Intent,
     /// `dragnet_msgs/msg/Heartbeat`.
     Heartbeat,
+    /// `dragnet_msgs/msg/Verdicts`.
+    Verdicts,
 }
 
 impl Topic {
@@ -70,7 +72,8 @@ impl fmt::Display for Topic {
 }
 
 impl RobotTopic {
-    const ALL: [Self; 5] = [Self::Pose, Self::Path, Self::Observation, Self::Intent, Self::Heartbeat];
+    const ALL: [Self; 6] =
+        [Self::Pose, Self::Path, Self::Observation, Self::Intent, Self::Heartbeat, Self::Verdicts];
 
     const fn name(self) -> &'static str {
         match self {
@@ -79,6 +82,7 @@ impl RobotTopic {
             Self::Observation => "observation",
             Self::Intent => "intent",
             Self::Heartbeat => "heartbeat",
+            Self::Verdicts => "verdicts",
         }
     }
 

@@ -10,3 +10,4 @@ mod interpreter;
 mod mission;
 mod plan;
 mod readers;
+mod verdicts;

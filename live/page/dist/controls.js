@@ -1,3 +1,4 @@
+import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
 const BUTTONS = ["pause", "searched", "clue", "area", "corner", "close"];
 export class Controls {
@@ -8,6 +9,7 @@ export class Controls {
     lock = "checking the token …";
     isConnected = false;
     isDrawing = false;
+    given;
     token = new URLSearchParams(location.hash.slice(1)).get("token");
     constructor(map, redraw, began) {
         this.map = map;
@@ -45,7 +47,17 @@ export class Controls {
             this.draw(false);
             this.answer(this.lock);
         }
+        this.acknowledge(mission);
         this.show();
+    }
+    acknowledge(mission) {
+        const { what, time } = this.given ?? { what: "", time: 0 };
+        const order = mission.orders.find((it) => it.what === what && it.time >= time);
+        const text = order === undefined ? "" : sentence(acknowledged(mission, order));
+        const place = element("acknowledged", HTMLElement);
+        place.hidden = text === "";
+        if (place.textContent !== text)
+            place.textContent = text;
     }
     connect(isConnected) {
         if (this.isConnected === isConnected)
@@ -104,7 +116,8 @@ export class Controls {
             act[event.key]?.();
     }
     pause() {
-        void this.ask({ command: this.mission?.frame?.is_paused === true ? "resume" : "pause" });
+        const command = this.mission?.frame?.is_paused === true ? "resume" : "pause";
+        void this.ask({ command }, command);
     }
     mark(as) {
         if (this.map.cursor === undefined || this.mission === undefined) {
@@ -112,7 +125,13 @@ export class Controls {
             return;
         }
         const [row, column] = this.mission.place(this.map.cursor);
-        void this.ask({ command: "mark", row, column, as });
+        void this.ask({ command: "mark", row, column, as }, as);
+    }
+    decide(cell, as) {
+        if (this.mission === undefined)
+            return;
+        const [row, column] = this.mission.place(cell);
+        void this.ask({ command: "find", row, column, as }, as);
     }
     draw(isDrawing) {
         if (this.isDrawing !== isDrawing && isDrawing)
@@ -143,14 +162,15 @@ export class Controls {
             return;
         }
         this.draw(false);
-        void this.ask({ command: "search", corners });
+        void this.ask({ command: "search", corners }, "area");
     }
     headers() {
         return { Authorization: `Bearer ${this.token ?? ""}` };
     }
-    async ask(command) {
+    async ask(command, what) {
         if (this.reason !== undefined)
             return;
+        this.given = { what, time: this.mission?.frame?.time ?? 0 };
         try {
             const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
             const { message, error } = (await answer.json());
@@ -163,4 +183,7 @@ export class Controls {
     answer(text) {
         element("answer", HTMLElement).textContent = text;
     }
+}
+function sentence(text) {
+    return `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
 }

@@ -2,22 +2,33 @@ import { percent } from "./describe.js";
 import { clock } from "./mission.js";
 import { element } from "./panel.js";
 import { coordinates, mgrs } from "./place.js";
+const BUTTONS = [["confirmed", "Confirm"], ["dismissed", "Dismiss"], ["undone", "Undo"]];
 export class Finds {
     map;
     sound;
+    desk;
     known;
+    dismissed = new Set();
     fresh = [];
     withdrawn = [];
     about = "";
-    constructor(map, sound) {
+    constructor(map, sound, desk) {
         this.map = map;
         this.sound = sound;
+        this.desk = desk;
         element("find-show", HTMLButtonElement).addEventListener("click", () => {
             const cell = this.fresh.at(-1) ?? this.withdrawn.at(-1);
             if (cell !== undefined)
                 this.goTo(cell);
         });
-        element("find-dismiss", HTMLButtonElement).addEventListener("click", () => this.dismiss());
+        for (const [id, as] of [["find-confirm", "confirmed"], ["find-dismiss", "dismissed"]]) {
+            element(id, HTMLButtonElement).addEventListener("click", () => {
+                const cell = this.fresh.at(-1);
+                if (cell !== undefined)
+                    this.decide(cell, as);
+            });
+        }
+        element("find-close", HTMLButtonElement).addEventListener("click", () => this.close());
     }
     begin(hello) {
         const about = JSON.stringify([hello.name, hello.rows, hello.columns, hello.end]);
@@ -25,32 +36,36 @@ export class Finds {
             return;
         this.about = about;
         this.known = undefined;
-        this.dismiss();
+        this.close();
     }
     take(mission, frame) {
         const cells = new Set(frame.declared.map((object) => object.cell));
+        const dismissed = new Set(frame.dismissed.map((object) => object.cell));
         const isJump = mission.hello.end !== null && frame.is_whole;
         const known = isJump ? undefined : this.known;
-        const news = known === undefined ? [] : [...cells].filter((cell) => !known.has(cell));
+        const isUndone = (object) => this.dismissed.has(object.cell) && object.operator !== "dismissed";
+        const found = frame.declared.filter((object) => !isUndone(object)).map((object) => object.cell);
+        const news = known === undefined ? [] : found.filter((cell) => !known.has(cell));
         this.fresh = isJump ? [] : [...this.fresh.filter((cell) => cells.has(cell)), ...news];
-        const gone = known === undefined ? [] : [...known].filter((cell) => !cells.has(cell));
+        const gone = known === undefined ? [] : [...known].filter((cell) => !cells.has(cell) && !dismissed.has(cell));
         this.withdrawn = isJump ? [] : [...this.withdrawn.filter((cell) => !cells.has(cell)), ...gone];
-        this.known = cells;
+        [this.known, this.dismissed] = [cells, dismissed];
         if (news.length > 0)
             this.sound.play();
     }
     show(mission) {
-        const declared = mission.frame?.declared ?? [];
+        const { declared, dismissed } = mission.frame ?? { declared: [], dismissed: [] };
         this.banner(mission, declared);
         const body = element("objects", HTMLTableElement).tBodies[0];
         if (body === undefined)
             return;
-        while (body.rows.length > declared.length)
-            body.deleteRow(-1);
         const latest = [...declared].sort((a, b) => b.since - a.since || a.cell - b.cell);
-        latest.forEach((object, index) => this.row(mission, body.rows[index] ?? newRow(body), object));
-        element("none", HTMLElement).hidden = declared.length > 0;
-        element("objects", HTMLElement).hidden = declared.length === 0;
+        const objects = [...latest, ...dismissed];
+        while (body.rows.length > objects.length)
+            body.deleteRow(-1);
+        objects.forEach((object, index) => this.row(mission, body.rows[index] ?? newRow(body), object));
+        element("none", HTMLElement).hidden = objects.length > 0;
+        element("objects", HTMLElement).hidden = objects.length === 0;
     }
     banner(mission, declared) {
         const cell = this.fresh.at(-1);
@@ -63,11 +78,16 @@ export class Finds {
         ].filter((part) => part !== "");
         element("find", HTMLElement).hidden = parts.length === 0;
         write(element("find-text", HTMLElement), parts.join(" "));
+        for (const id of ["find-confirm", "find-dismiss"]) {
+            const button = element(id, HTMLButtonElement);
+            button.hidden = object === undefined;
+            this.lock(button);
+        }
     }
     row(mission, row, object) {
         const [place, when, robot, chance] = row.cells;
         const button = place?.querySelector("button");
-        if (button === null || button === undefined)
+        if (place === undefined || button === null || button === undefined)
             return;
         write(button, coordinates(mission.hello, mission.middle(object.cell)));
         const square = mgrs(mission.hello, mission.middle(object.cell));
@@ -75,13 +95,40 @@ export class Finds {
         button.onclick = () => this.goTo(object.cell);
         write(when, clock(object.since));
         write(robot, object.robot === null ? "operator" : String(object.robot));
-        write(chance, certainty(object));
+        write(chance, "probability" in object ? certainty(object) : "–");
+        const operator = "probability" in object ? object.operator : "dismissed";
+        row.classList.toggle("dismissed", !("probability" in object));
+        this.decision(place, object.cell, operator, "probability" in object, mission.hello.end === null);
+    }
+    decision(place, cell, operator, isDeclared, isLive) {
+        const words = { confirmed: "✓ confirmed", dismissed: isDeclared ? "dismissed, and found again" : "✕ dismissed" };
+        const line = place.querySelector(".decide") ?? newLine(place);
+        const text = operator === null ? "" : words[operator];
+        const isSettled = operator === "confirmed" || (operator === "dismissed" && !isDeclared);
+        const wanted = BUTTONS.filter(([as]) => isLive && (as === "undone") === isSettled);
+        const named = `${text} ${wanted.map(([, name]) => name).join(" ")}`;
+        if (line.getAttribute("data-is") !== named) {
+            line.setAttribute("data-is", named);
+            line.replaceChildren(...(text === "" ? [] : [bold(text)]), ...wanted.map(([as, name]) => newButton(as, name)));
+        }
+        for (const button of line.querySelectorAll("button")) {
+            button.onclick = () => this.decide(cell, button.value);
+            this.lock(button);
+        }
+    }
+    lock(button) {
+        button.disabled = this.desk.reason !== undefined;
+        button.title = this.desk.reason ?? "";
+    }
+    decide(cell, as) {
+        this.fresh = this.fresh.filter((it) => it !== cell);
+        this.desk.decide(cell, as);
     }
     goTo(cell) {
         this.map.goTo(cell);
         element("ground", HTMLElement).focus();
     }
-    dismiss() {
+    close() {
         [this.fresh, this.withdrawn] = [[], []];
         element("find", HTMLElement).hidden = true;
     }
@@ -103,6 +150,21 @@ function newRow(body) {
     for (let column = 1; column < 4; column += 1)
         row.insertCell();
     return row;
+}
+function newLine(place) {
+    const line = place.appendChild(document.createElement("div"));
+    line.className = "decide";
+    return line;
+}
+function newButton(as, name) {
+    const button = document.createElement("button");
+    [button.type, button.value, button.textContent] = ["button", as, name];
+    return button;
+}
+function bold(text) {
+    const part = document.createElement("b");
+    part.textContent = text;
+    return part;
 }
 function write(place, text) {
     if (place !== undefined && place.textContent !== text)

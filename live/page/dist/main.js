@@ -3,6 +3,7 @@ import { Finds } from "./finds.js";
 import { Watch } from "./fresh.js";
 import { Layers } from "./layers.js";
 import { MapView } from "./map.js";
+import { showOrders } from "./orders.js";
 import { Measure } from "./measure.js";
 import { Mission } from "./mission.js";
 import { element, showPanel } from "./panel.js";
@@ -22,7 +23,7 @@ const measure = new Measure(() => map.cursorSpot(), () => {
     draw();
 });
 const controls = new Controls(map, draw, () => measure.turn(false));
-const finds = new Finds(map, new Sound());
+const finds = new Finds(map, new Sound(), controls);
 const watch = new Watch({ changed: draw, dead: () => stream.reopen() });
 const stream = new Stream({ received, lost }, controls.token);
 const player = new Player(stream);
@@ -81,6 +82,7 @@ function show(mission) {
     map.draw(mission, layers.choice);
     showPanel(mission, (cell) => map.goTo(cell));
     finds.show(mission);
+    showOrders(mission);
     readout.show(mission, map.cursor);
     const measured = element("measured", HTMLElement);
     measured.textContent = measure.text(mission);

@@ -11,6 +11,7 @@ export class Mission {
     frame;
     trails = new Map();
     curve = [];
+    orders = [];
     isOver = false;
     constructor(hello) {
         this.hello = hello;
@@ -35,6 +36,7 @@ export class Mission {
             const trail = [...(this.trails.get(robot.robot) ?? []), ...robot.trail];
             this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
         }
+        this.orders = frame.orders ?? this.orders;
         this.frame = frame;
     }
     takeCells(frame) {

@@ -2,6 +2,7 @@
 
 import type { MapView } from "./map.js";
 import type { Mission } from "./mission.js";
+import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
 
 /** Why the controls are disabled; undefined if they are not. */
@@ -14,6 +15,8 @@ export class Controls {
   private lock: Lock = "checking the token …";
   private isConnected = false;
   isDrawing = false;
+  /** The command that was given last, and when. */
+  private given: { what: string; time: number } | undefined;
   readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
 
   constructor(
@@ -55,7 +58,18 @@ export class Controls {
       this.draw(false);
       this.answer(this.lock);
     }
+    this.acknowledge(mission);
     this.show();
+  }
+
+  /** Which robots have the command that was given last. */
+  private acknowledge(mission: Mission): void {
+    const { what, time } = this.given ?? { what: "", time: 0 };
+    const order = mission.orders.find((it) => it.what === what && it.time >= time);
+    const text = order === undefined ? "" : sentence(acknowledged(mission, order));
+    const place = element("acknowledged", HTMLElement);
+    place.hidden = text === "";
+    if (place.textContent !== text) place.textContent = text;
   }
 
   /** Commands need the coordinator, and a page that is up to date. */
@@ -66,7 +80,7 @@ export class Controls {
   }
 
   /** Why no command can be given now. */
-  private get reason(): Lock {
+  get reason(): Lock {
     return this.lock ?? (this.isConnected ? undefined : "Not connected: what the page shows is out of date.");
   }
 
@@ -117,7 +131,8 @@ export class Controls {
   }
 
   private pause(): void {
-    void this.ask({ command: this.mission?.frame?.is_paused === true ? "resume" : "pause" });
+    const command = this.mission?.frame?.is_paused === true ? "resume" : "pause";
+    void this.ask({ command }, command);
   }
 
   private mark(as: "searched" | "clue"): void {
@@ -126,7 +141,14 @@ export class Controls {
       return;
     }
     const [row, column] = this.mission.place(this.map.cursor);
-    void this.ask({ command: "mark", row, column, as });
+    void this.ask({ command: "mark", row, column, as }, as);
+  }
+
+  /** Decides about a find. */
+  decide(cell: number, as: "confirmed" | "dismissed" | "undone"): void {
+    if (this.mission === undefined) return;
+    const [row, column] = this.mission.place(cell);
+    void this.ask({ command: "find", row, column, as }, as);
   }
 
   draw(isDrawing: boolean): void {
@@ -157,15 +179,16 @@ export class Controls {
       return;
     }
     this.draw(false);
-    void this.ask({ command: "search", corners });
+    void this.ask({ command: "search", corners }, "area");
   }
 
   private headers(): HeadersInit {
     return { Authorization: `Bearer ${this.token ?? ""}` };
   }
 
-  private async ask(command: unknown): Promise<void> {
+  private async ask(command: unknown, what: string): Promise<void> {
     if (this.reason !== undefined) return;
+    this.given = { what, time: this.mission?.frame?.time ?? 0 };
     try {
       const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
       const { message, error } = (await answer.json()) as { message?: string; error?: string };
@@ -178,4 +201,8 @@ export class Controls {
   private answer(text: string): void {
     element("answer", HTMLElement).textContent = text;
   }
+}
+
+function sentence(text: string): string {
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
 }

@@ -7,10 +7,12 @@ import type { Mission } from "./mission.js";
 export function describe(mission: Mission, cell: number): string {
   const robots = (mission.frame?.robots ?? []).filter((robot) => robot.cell === cell);
   const here = robots.map((robot) => `robot ${robot.robot} is here${robot.is_doubled ? ", with a duplicate number" : ""}`);
-  const isFound = (mission.frame?.declared ?? []).some((object) => object.cell === cell);
+  const found = (mission.frame?.declared ?? []).find((object) => object.cell === cell);
+  const isDismissed = (mission.frame?.dismissed ?? []).some((object) => object.cell === cell);
   const facts = [
     chance(mission, cell),
-    isFound ? "found" : "",
+    found === undefined ? "" : found.operator === "confirmed" ? "found, confirmed by hand" : "found",
+    isDismissed ? "a find there was dismissed by hand" : "",
     searched(mission, cell),
     mission.isOutOfReach[cell] === 1 ? "out of reach: no robot can observe it" : "",
     mission.isTraversable[cell] === 1 ? "" : "no-go",

@@ -1,15 +1,28 @@
-// Finds: a banner and a sound for each new one, and the list.
+// Finds: a banner and a sound for each new one, and the list, in which the operator confirms and dismisses them.
 
 import { percent } from "./describe.js";
 import type { MapView } from "./map.js";
-import { type Declared, type Frame, type Hello, type Mission, clock } from "./mission.js";
+import { type Declared, type Dismissed, type Frame, type Hello, type Mission, clock } from "./mission.js";
 import { element } from "./panel.js";
 import { coordinates, mgrs } from "./place.js";
 import type { Sound } from "./sound.js";
 
+/** Gives the operator's decisions to the mission. */
+export interface Desk {
+  decide(cell: number, as: Decision): void;
+  /** Why no command can be given now; undefined if one can. */
+  readonly reason: string | undefined;
+}
+
+type Decision = "confirmed" | "dismissed" | "undone";
+
+const BUTTONS: [Decision, string][] = [["confirmed", "Confirm"], ["dismissed", "Dismiss"], ["undone", "Undo"]];
+
 export class Finds {
   /** Cells of the finds at the last frame; undefined before the first. */
   private known: Set<number> | undefined;
+  /** Cells of the dismissed finds then. */
+  private dismissed = new Set<number>();
   /** The finds that the banner shows, the latest last. */
   private fresh: number[] = [];
   /** Cells of finds that were withdrawn since: further observations speak against them. */
@@ -19,12 +32,19 @@ export class Finds {
   constructor(
     private readonly map: MapView,
     private readonly sound: Sound,
+    private readonly desk: Desk,
   ) {
     element("find-show", HTMLButtonElement).addEventListener("click", () => {
       const cell = this.fresh.at(-1) ?? this.withdrawn.at(-1);
       if (cell !== undefined) this.goTo(cell);
     });
-    element("find-dismiss", HTMLButtonElement).addEventListener("click", () => this.dismiss());
+    for (const [id, as] of [["find-confirm", "confirmed"], ["find-dismiss", "dismissed"]] as const) {
+      element(id, HTMLButtonElement).addEventListener("click", () => {
+        const cell = this.fresh.at(-1);
+        if (cell !== undefined) this.decide(cell, as);
+      });
+    }
+    element("find-close", HTMLButtonElement).addEventListener("click", () => this.close());
   }
 
   /** A running mission whose stream was reopened goes on: what was found meanwhile is news. */
@@ -33,32 +53,37 @@ export class Finds {
     if (about === this.about && hello.end === null) return;
     this.about = about;
     this.known = undefined;
-    this.dismiss();
+    this.close();
   }
 
   take(mission: Mission, frame: Frame): void {
     const cells = new Set(frame.declared.map((object) => object.cell));
+    const dismissed = new Set(frame.dismissed.map((object) => object.cell));
     // A whole frame of a recording comes from another time of it.
     const isJump = mission.hello.end !== null && frame.is_whole;
     const known = isJump ? undefined : this.known;
-    const news = known === undefined ? [] : [...cells].filter((cell) => !known.has(cell));
+    // A find whose dismissal is undone is no news.
+    const isUndone = (object: Declared) => this.dismissed.has(object.cell) && object.operator !== "dismissed";
+    const found = frame.declared.filter((object) => !isUndone(object)).map((object) => object.cell);
+    const news = known === undefined ? [] : found.filter((cell) => !known.has(cell));
     this.fresh = isJump ? [] : [...this.fresh.filter((cell) => cells.has(cell)), ...news];
-    const gone = known === undefined ? [] : [...known].filter((cell) => !cells.has(cell));
+    const gone = known === undefined ? [] : [...known].filter((cell) => !cells.has(cell) && !dismissed.has(cell));
     this.withdrawn = isJump ? [] : [...this.withdrawn.filter((cell) => !cells.has(cell)), ...gone];
-    this.known = cells;
+    [this.known, this.dismissed] = [cells, dismissed];
     if (news.length > 0) this.sound.play();
   }
 
   show(mission: Mission): void {
-    const declared = mission.frame?.declared ?? [];
+    const { declared, dismissed } = mission.frame ?? { declared: [], dismissed: [] };
     this.banner(mission, declared);
     const body = element("objects", HTMLTableElement).tBodies[0];
     if (body === undefined) return;
-    while (body.rows.length > declared.length) body.deleteRow(-1);
     const latest = [...declared].sort((a, b) => b.since - a.since || a.cell - b.cell);
-    latest.forEach((object, index) => this.row(mission, body.rows[index] ?? newRow(body), object));
-    element("none", HTMLElement).hidden = declared.length > 0;
-    element("objects", HTMLElement).hidden = declared.length === 0;
+    const objects: (Declared | Dismissed)[] = [...latest, ...dismissed];
+    while (body.rows.length > objects.length) body.deleteRow(-1);
+    objects.forEach((object, index) => this.row(mission, body.rows[index] ?? newRow(body), object));
+    element("none", HTMLElement).hidden = objects.length > 0;
+    element("objects", HTMLElement).hidden = objects.length === 0;
   }
 
   private banner(mission: Mission, declared: Declared[]): void {
@@ -72,19 +97,55 @@ export class Finds {
     ].filter((part) => part !== "");
     element("find", HTMLElement).hidden = parts.length === 0;
     write(element("find-text", HTMLElement), parts.join(" "));
+    for (const id of ["find-confirm", "find-dismiss"]) {
+      const button = element(id, HTMLButtonElement);
+      button.hidden = object === undefined;
+      this.lock(button);
+    }
   }
 
-  private row(mission: Mission, row: HTMLTableRowElement, object: Declared): void {
+  private row(mission: Mission, row: HTMLTableRowElement, object: Declared | Dismissed): void {
     const [place, when, robot, chance] = row.cells;
     const button = place?.querySelector("button");
-    if (button === null || button === undefined) return;
+    if (place === undefined || button === null || button === undefined) return;
     write(button, coordinates(mission.hello, mission.middle(object.cell)));
     const square = mgrs(mission.hello, mission.middle(object.cell));
     button.title = [`Show cell ${mission.name(object.cell)} on the map`, square].filter(Boolean).join("; ");
     button.onclick = () => this.goTo(object.cell);
     write(when, clock(object.since));
     write(robot, object.robot === null ? "operator" : String(object.robot));
-    write(chance, certainty(object));
+    write(chance, "probability" in object ? certainty(object) : "–");
+    const operator = "probability" in object ? object.operator : "dismissed";
+    row.classList.toggle("dismissed", !("probability" in object));
+    this.decision(place, object.cell, operator, "probability" in object, mission.hello.end === null);
+  }
+
+  /** What is decided about a find, and the buttons to decide; a recording has none. */
+  private decision(place: Element, cell: number, operator: Declared["operator"], isDeclared: boolean, isLive: boolean): void {
+    const words = { confirmed: "✓ confirmed", dismissed: isDeclared ? "dismissed, and found again" : "✕ dismissed" };
+    const line = place.querySelector(".decide") ?? newLine(place);
+    const text = operator === null ? "" : words[operator];
+    const isSettled = operator === "confirmed" || (operator === "dismissed" && !isDeclared);
+    const wanted = BUTTONS.filter(([as]) => isLive && (as === "undone") === isSettled);
+    const named = `${text} ${wanted.map(([, name]) => name).join(" ")}`;
+    if (line.getAttribute("data-is") !== named) {
+      line.setAttribute("data-is", named);
+      line.replaceChildren(...(text === "" ? [] : [bold(text)]), ...wanted.map(([as, name]) => newButton(as, name)));
+    }
+    for (const button of line.querySelectorAll("button")) {
+      button.onclick = () => this.decide(cell, button.value as Decision);
+      this.lock(button);
+    }
+  }
+
+  private lock(button: HTMLButtonElement): void {
+    button.disabled = this.desk.reason !== undefined;
+    button.title = this.desk.reason ?? "";
+  }
+
+  private decide(cell: number, as: Decision): void {
+    this.fresh = this.fresh.filter((it) => it !== cell);
+    this.desk.decide(cell, as);
   }
 
   private goTo(cell: number): void {
@@ -92,7 +153,7 @@ export class Finds {
     element("ground", HTMLElement).focus();
   }
 
-  private dismiss(): void {
+  private close(): void {
     [this.fresh, this.withdrawn] = [[], []];
     element("find", HTMLElement).hidden = true;
   }
@@ -117,6 +178,24 @@ function newRow(body: HTMLTableSectionElement): HTMLTableRowElement {
   row.insertCell().append(button);
   for (let column = 1; column < 4; column += 1) row.insertCell();
   return row;
+}
+
+function newLine(place: Element): Element {
+  const line = place.appendChild(document.createElement("div"));
+  line.className = "decide";
+  return line;
+}
+
+function newButton(as: Decision, name: string): HTMLButtonElement {
+  const button = document.createElement("button");
+  [button.type, button.value, button.textContent] = ["button", as, name];
+  return button;
+}
+
+function bold(text: string): HTMLElement {
+  const part = document.createElement("b");
+  part.textContent = text;
+  return part;
 }
 
 function write(place: Element | undefined, text: string): void {

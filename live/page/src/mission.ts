@@ -48,6 +48,9 @@ export interface Frame {
   out_of_reach?: string;
   robots: RobotFrame[];
   declared: Declared[];
+  dismissed: Dismissed[];
+  /** Absent if nothing has changed. */
+  orders?: OrderFrame[];
   pod: number;
   expected: number;
   entropy: number;
@@ -78,6 +81,25 @@ export interface Declared {
   probability: number;
   since: number;
   robot: number | null;
+  /** What the operator has decided; `dismissed` if it was declared again after that. */
+  operator: "confirmed" | "dismissed" | null;
+}
+
+/** A find that the operator has dismissed. */
+export interface Dismissed {
+  cell: number;
+  since: number;
+  robot: number | null;
+}
+
+/** A command of the operator, the robots that have it, and those of which that is not known. */
+export interface OrderFrame {
+  time: number;
+  what: "pause" | "resume" | "area" | "searched" | "clue" | "confirmed" | "dismissed" | "undone";
+  cell: number | null;
+  cells: number;
+  has: number[];
+  waits: number[];
 }
 
 /** Seconds, entropy in nats, and recall or the number of objects declared. */
@@ -117,6 +139,8 @@ export class Mission {
   frame: Frame | undefined;
   trails = new Map<number, number[]>();
   curve: Point[] = [];
+  /** The operator's last commands, the newest first. */
+  orders: OrderFrame[] = [];
   isOver = false;
 
   constructor(hello: Hello) {
@@ -141,6 +165,7 @@ export class Mission {
       const trail = [...(this.trails.get(robot.robot) ?? []), ...robot.trail];
       this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
     }
+    this.orders = frame.orders ?? this.orders;
     this.frame = frame;
   }
 

@@ -98,7 +98,13 @@ export class Pen {
       context.fillStyle = "rgba(255, 255, 255, 0.9)";
       context.fill();
       this.casing("#c2410c", 2.5, []);
+      if (object.operator === "confirmed") this.tick(x, y, half / 2);
     }
+  }
+
+  private tick(x: number, y: number, half: number): void {
+    this.trace([[x - half, y], [x - half / 3, y + 0.7 * half], [x + half, y - 0.7 * half]]);
+    this.casing("#1d6b3c", 2.5, []);
   }
 
   /** Robots whose markers would overlap stand beside each other, with a line to where they are. */

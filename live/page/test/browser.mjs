@@ -9,6 +9,7 @@ import {
   address, answered, bare, browse, cells, link, moveTo, name, picture, probability, seconds, settle, shot, states, text,
   until,
 } from "./browse.mjs";
+import { cutOff, finds } from "./finds.mjs";
 import { plan, planPhone } from "./planning.mjs";
 import { replay, sound } from "./recording.mjs";
 
@@ -49,7 +50,7 @@ async function live() {
     await until("clues make a find", async () => /^Find at 585 m east, 495 m north \(cell \[16, 19\]\)/.test(await text(page, "find-text")));
     for (let times = 0; times < 4; times += 1) await answered(page, () => page.keyboard.press("s"), /marked as searched/);
     await until("it is withdrawn", async () => /^Withdrawn, no longer a find: 585 m east/.test(await text(page, "find-text")));
-    await page.locator("#find-dismiss").click();
+    await page.locator("#find-close").click();
 
     // An area over cells that are not searched, drawn by keys.
     await moveTo(page, 4, 23);
@@ -296,5 +297,5 @@ async function doubled() {
   });
 }
 
-const CASES = { live, readOnly, phone, replay, sound, earth, stale, crowd, doubled, plan, planPhone, basemap, planOnBasemap };
+const CASES = { live, finds, cutOff, readOnly, phone, replay, sound, earth, stale, crowd, doubled, plan, planPhone, basemap, planOnBasemap };
 await CASES[name]();

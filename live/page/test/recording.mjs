@@ -110,7 +110,7 @@ export async function sound() {
     await shot(page, "find.png");
     await page.locator("#find-show").click();
     await until("the map goes there", async () => /found/.test(await text(page, "cell")));
-    await page.locator("#find-dismiss").click();
+    await page.locator("#find-close").click();
     assert.ok(await page.locator("#find").isHidden());
 
     await page.locator("#sound").click();

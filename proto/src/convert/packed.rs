@@ -292,6 +292,32 @@ impl Packed for wire::Directive {
     }
 }
 
+impl Packed for wire::Verdicts {
+    fn write(&self, to: &mut Writer, _: Map) {
+        to.number(self.robot);
+        to.number(self.time_ns);
+        readings::write_cells(to, &self.cells);
+        for ((&number, &decision), &log_odds) in self.numbers.iter().zip(&self.decisions).zip(&self.log_odds)
+        {
+            to.number(number);
+            to.byte(decision);
+            to.signed(log_odds);
+        }
+    }
+
+    fn read(from: &mut Reader<'_>, grid: Grid) -> Result<Self, PackedError> {
+        let (robot, time_ns) = (from.number()?, from.number()?);
+        let cells = readings::read_cells(from, grid.cell_count())?;
+        let empty = Self { version: wire::VERSION, robot, time_ns, ..Self::default() };
+        cells.iter().try_fold(Self { cells: cells.clone(), ..empty }, |mut verdicts, _| {
+            verdicts.numbers.push(from.number()?);
+            verdicts.decisions.push(from.byte()?);
+            verdicts.log_odds.push(from.signed()?);
+            Ok(verdicts)
+        })
+    }
+}
+
 fn write_list<T: Packed>(to: &mut Writer, map: Map, list: &[T]) {
     to.length(list.len());
     for element in list {

@@ -176,7 +176,7 @@ impl Check {
         kind.ok_or(ConvertError::Alternative {
             at: self.at_entry("kinds", index),
             found,
-            allowed: "0 observation, 1 intent, 2 heartbeat, 3 sync request, 4 sync reply, 5 mission status",
+            allowed: "0 observation, 1 intent, 2 heartbeat, 3 sync request, 4 sync reply, 5 mission status, 6 verdicts",
         })
     }
 
@@ -224,6 +224,7 @@ const fn kind_number(kind: MessageKind) -> u8 {
         MessageKind::SyncRequest => 3,
         MessageKind::SyncReply => 4,
         MessageKind::MissionStatus => 5,
+        MessageKind::Verdicts => 6,
     }
 }
 

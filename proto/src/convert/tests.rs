@@ -206,6 +206,35 @@ fn a_directive_travels_in_runs_and_is_rejected_by_field() {
 }
 
 #[test]
+fn verdicts_are_rejected_by_field() {
+    let good = wire::Verdicts {
+        version: wire::VERSION,
+        robot: 0,
+        time_ns: 3,
+        cells: vec![1, 4],
+        numbers: vec![5, 6],
+        decisions: vec![1, 2],
+        log_odds: vec![-7, 1 << 61],
+    };
+    let read = Codec::new(grid()).decode(MessageKind::Verdicts, &cdr::encode(&good)).unwrap();
+    assert!(check_sender(&read, Participant::Coordinator).is_ok());
+    assert!(check_sender(&read, Participant::Robot(RobotId::FIRST)).is_err());
+    let check = |change: fn(&mut wire::Verdicts), expected: &str| {
+        let mut wire = good.clone();
+        change(&mut wire);
+        let expected = format!("dragnet_msgs/msg/Verdicts .. {expected}");
+        assert_mentions(&refusal(MessageKind::Verdicts, &wire), &expected);
+    };
+    check(|it| it.cells[1] = 6, "cells[1] .. 6 .. 0 to 5");
+    check(|it| it.cells[1] = 1, "cells[1] .. 1 .. 1 .. ascending");
+    check(|it| it.numbers.truncate(1), "numbers .. 1 .. 2 .. `cells`");
+    check(|it| it.decisions[0] = 3, "decisions[0] .. 3 .. 2 confirmed");
+    check(|it| it.log_odds[0] = 1, "log_odds[0] .. 1 .. -1 if dismissed");
+    check(|it| it.log_odds[1] = 5, "log_odds[1] .. 5 .. 2^61 if confirmed");
+    check(|it| it.version = 9, "version .. 9 .. 4");
+}
+
+#[test]
 fn a_mark_by_hand_comes_from_the_coordinator_alone() {
     let origin = Origin { source: Source::Operator, incarnation: 0 };
     let mark = Message::Observation(Arc::new(Observation { origin, ..observation(7, 0) }));

@@ -33,6 +33,7 @@ ros_messages! {
     Detection,
     MissionStatus,
     Directive,
+    Verdicts,
     Step,
     StepReply,
     Sensed,

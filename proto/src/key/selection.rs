@@ -15,6 +15,8 @@ pub enum Selection {
     Intents,
     /// All robots' heartbeats.
     Heartbeats,
+    /// The operator's verdicts as all robots and the coordinator know them.
+    Verdicts,
     /// Liveliness tokens of all robots and the coordinator.
     Alive,
     /// Requests addressed to a participant.
@@ -35,6 +37,7 @@ impl fmt::Display for Selection {
             Self::Observations => formatter.write_str("robots/*/observation"),
             Self::Intents => formatter.write_str("robots/*/intent"),
             Self::Heartbeats => formatter.write_str("robots/*/heartbeat"),
+            Self::Verdicts => formatter.write_str("**/verdicts"),
             Self::Alive => formatter.write_str("**/alive/*/*"),
             Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
             Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),

@@ -54,6 +54,7 @@ impl<'a> Reader<'a> {
             "uint16" => u16::from_le_bytes(self.bytes()).into(),
             "int32" => i32::from_le_bytes(self.bytes()).into(),
             "uint32" => u32::from_le_bytes(self.bytes()).into(),
+            "int64" => i64::from_le_bytes(self.bytes()).into(),
             "uint64" => u64::from_le_bytes(self.bytes()).into(),
             "float32" => f32::from_le_bytes(self.bytes()).into(),
             "float64" => f64::from_le_bytes(self.bytes()).into(),

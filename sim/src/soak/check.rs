@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use dragnet_proto::message::{Activity, Message};
 use dragnet_proto::state_machine::{Effects, Event};
+use dragnet_proto::verdict::Verdicts;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -38,6 +39,8 @@ struct Shadow {
     /// Of its stored observations, each counted once.
     belief: Belief,
     names: BTreeSet<Name>,
+    /// The verdicts that it received or published, which the belief contains.
+    verdicts: Verdicts,
     declared: BTreeSet<Cell>,
     /// When it entered its cell, or began to search.
     moved: MissionTime,
@@ -82,6 +85,7 @@ impl<'a> Checks<'a> {
         self.shadows.entry(participant).or_insert_with(|| Shadow {
             belief: scenario.prior().clone(),
             names: BTreeSet::new(),
+            verdicts: Verdicts::default(),
             declared: BTreeSet::new(),
             moved: now,
             awake: now,
@@ -94,6 +98,30 @@ impl<'a> Checks<'a> {
         if matches!(event, Event::Start | Event::Sensed { .. }) {
             shadow.moved = now;
         }
+        if let Event::Received { message: Message::Verdicts(report), .. } = event {
+            shadow.verdicts.merge(now, &report.verdicts, &mut shadow.belief);
+        }
+    }
+
+    /// A robot publishes the verdicts that it received, and the coordinator also those that the operator gave it.
+    fn check_verdicts(
+        &mut self,
+        participant: Participant,
+        now: MissionTime,
+        effects: &Effects<Message>,
+    ) -> Result<(), Violation> {
+        let shadow = self.shadow(participant, now);
+        for (_, message) in &effects.published {
+            let Message::Verdicts(report) = message else { continue };
+            if participant == Participant::Coordinator {
+                shadow.verdicts.take(report.verdicts.iter(), &mut shadow.belief);
+            }
+            if report.verdicts != shadow.verdicts {
+                let what = "it published other verdicts than it received".to_owned();
+                return Err(Violation::Broken { at: now, participant, what });
+            }
+        }
+        Ok(())
     }
 
     /// Checks a participant's effects, belief and observations after an event.
@@ -106,6 +134,7 @@ impl<'a> Checks<'a> {
         observations: u64,
     ) -> Result<(), Violation> {
         self.count += 1;
+        self.check_verdicts(participant, now, effects)?;
         let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
         let shadow = self.shadow(participant, now);
         for observation in &effects.kept {

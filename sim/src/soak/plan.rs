@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::verdict::Decision;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Scenario, ScenarioError};
@@ -147,7 +148,7 @@ impl Draw<'_> {
         faults
     }
 
-    /// An operator who pauses the search for a while, marks cells and adds some, or does nothing.
+    /// An operator who pauses the search for a while, marks cells, adds some and decides about finds, or does nothing.
     fn commands(&mut self, grid: Grid) -> Vec<(MissionTime, Command)> {
         let mut commands = Vec::new();
         if self.random.random_bool(0.5) {
@@ -165,6 +166,14 @@ impl Draw<'_> {
         if self.random.random_bool(0.3) {
             let command = Command::Search(self.cells(grid, 40));
             commands.push((self.time(), command));
+        }
+        if self.random.random_bool(0.4) {
+            let cells = self.cells(grid, 2);
+            for _ in 0..self.random.random_range(1..=5) {
+                let decision = Decision::ALL[self.random.random_range(0..Decision::ALL.len())];
+                let command = Command::Judge(decision, cells[self.random.random_range(0..cells.len())]);
+                commands.push((self.time(), command));
+            }
         }
         let at = |seconds| MissionTime::START + Duration::from_secs_f64(seconds);
         commands.into_iter().map(|(seconds, command)| (at(seconds), command)).collect()

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use dragnet_coordinator::finds::{FindCounts, finds};
+use dragnet_proto::message::Detection;
 use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::GeoPoint;
@@ -34,6 +36,10 @@ pub(super) struct Report {
     false_positives: u32,
     /// Cells that are declared to hold an object, by index.
     declared: Vec<Declared>,
+    /// Of these, finds that the operator has confirmed.
+    confirmed: usize,
+    /// Finds that the operator has dismissed and that are not declared any more.
+    dismissed: usize,
     recall: f64,
     precision: f64,
     f1: f64,
@@ -97,6 +103,7 @@ impl Report {
         let latencies = Latencies::new(outcome.decisions.clone());
         let (seconds, robots) = (outcome.ended.as_seconds(), scenario.robots().len());
         let is_simulated = outcome.network.sent > 0;
+        let FindCounts { confirmed, dismissed, .. } = find_counts(scenario, &ended.episode);
         Self {
             scenario: scenario.name().to_owned(),
             seed: ended.seed,
@@ -107,6 +114,8 @@ impl Report {
             found: score.true_positives,
             false_positives: score.false_positives,
             declared: declared(scenario, &ended.episode),
+            confirmed,
+            dismissed,
             recall: score.recall(),
             precision: score.precision(),
             f1: score.f1(),
@@ -168,8 +177,14 @@ impl Report {
             Some(_) => format!("{tail_s:.1} s of it after the last find"),
             None => "nothing was found".to_owned(),
         };
+        let finds = FindCounts {
+            declared: self.declared.len(),
+            confirmed: self.confirmed,
+            dismissed: self.dismissed,
+        };
+        let finds = if finds.has_verdicts() { format!("finds         {finds}\n") } else { String::new() };
         format!(
-            "searched      {mission_time_s:.1} s, {tail}; {}\n\
+            "{finds}searched      {mission_time_s:.1} s, {tail}; {}\n\
              left          {}\n\
              quality       recall {recall:.3}, precision {precision:.3}, F1 {f1:.3}; \
              mean of F1 over {budget_cells:.0} cells {auc_f1:.3}\n\
@@ -250,6 +265,15 @@ fn declared(scenario: &Scenario, episode: &Episode) -> Vec<Declared> {
         }
     };
     scenario.terrain().searched_cells().filter(is_found).map(declare).collect()
+}
+
+/// Numbers of finds by what the operator has decided.
+fn find_counts(scenario: &Scenario, episode: &Episode) -> FindCounts {
+    let threshold = scenario.mission().detection_threshold;
+    let is_found = |cell: &Cell| episode.belief.is_found(*cell, threshold);
+    let object = |cell| Detection { cell, probability: episode.belief.probability(cell), time_ns: 0 };
+    let declared: Vec<Detection> = scenario.terrain().searched_cells().filter(is_found).map(object).collect();
+    FindCounts::of(&finds(&declared, &episode.verdicts))
 }
 
 /// Where on the earth a cell's center is, if the map is georeferenced.

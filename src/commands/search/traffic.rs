@@ -35,5 +35,6 @@ const fn name(kind: MessageKind) -> &'static str {
         MessageKind::SyncRequest => "sync_request",
         MessageKind::SyncReply => "sync_reply",
         MessageKind::MissionStatus => "mission_status",
+        MessageKind::Verdicts => "verdicts",
     }
 }

@@ -5,7 +5,10 @@ use std::sync::Arc;
 use dragnet_proto::command::Mark;
 use dragnet_proto::convert;
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Activity, Heartbeat, Intent, Message, MessageKind, SyncReply, SyncRequest};
+use dragnet_proto::message::{
+    Activity, Heartbeat, Intent, Message, MessageKind, SyncReply, SyncRequest, VerdictReport,
+};
+use dragnet_proto::verdict::Decision;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
@@ -40,6 +43,7 @@ impl World {
                 status.versions = self.versions();
                 (Participant::Coordinator, Message::MissionStatus(status))
             }
+            MessageKind::Verdicts => (robot, Message::Verdicts(self.verdicts(robot))),
         };
         Said { from, kind, bytes: convert::encode(&message) }
     }
@@ -116,6 +120,15 @@ impl World {
             directive.added.insert(self.any_cell());
         }
         directive
+    }
+
+    /// The coordinator's verdicts; mostly another one has decided more.
+    fn verdicts(&mut self, from: Participant) -> VerdictReport {
+        let cell = self.any_cell();
+        let decision = *Decision::ALL.choose(&mut self.random).unwrap();
+        let node = self.node.mission();
+        let verdicts = node.verdicts().with(self.now.0, cell, decision, node.belief());
+        VerdictReport { from, time_ns: self.now.0, verdicts }
     }
 
     /// Of a few origins, some of which are claimed to have more observations.

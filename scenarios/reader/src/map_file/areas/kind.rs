@@ -16,7 +16,7 @@ pub(super) const LAST_KNOWN_POSITION: &str = "last_known_position";
 pub(super) const START: &str = "start";
 
 /// Kinds that an export adds to the areas of its mission, which are not inputs of a search.
-const EXPORTED: [&str; 3] = ["found", "track", "cleared"];
+const EXPORTED: [&str; 4] = ["found", "dismissed", "track", "cleared"];
 
 /// The widest spread of a last known position, meters.
 const MAX_SPREAD_METERS: f64 = 100_000.0;

@@ -94,6 +94,7 @@ fn without_a_kind_a_polygon_is_searched_and_one_with_a_poa_is_a_prior() {
         (r#""name":"track""#, LINE),
         (r#""class":"Folder","title":"Folder""#, "null"),
         (r#""kind":"cleared","name":"an export of ours""#, TRIANGLE),
+        (r#""kind":"dismissed","name":"Dismissed 1""#, POINT),
         (r#""description":"kind = prior\npoa: 1 %""#, TRIANGLE),
     ]);
     let read = geojson(&text).unwrap();
@@ -103,10 +104,10 @@ fn without_a_kind_a_polygon_is_searched_and_one_with_a_poa_is_a_prior() {
         ("feature 1", "search", None),
         ("A", "prior", Some(0.5)),
         ("feature 3", "last_known_position", Some(0.3)),
-        ("feature 7", "prior", Some(0.01)),
+        ("feature 8", "prior", Some(0.01)),
     ];
     assert_eq!(given, expected);
-    assert_eq!(read.left_out, ["track", "Folder", "an export of ours"]);
+    assert_eq!(read.left_out, ["track", "Folder", "an export of ours", "Dismissed 1"]);
 }
 
 #[test]

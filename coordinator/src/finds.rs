@@ -1,0 +1,116 @@
+//! Finds with what the operator has decided about them: declared objects, and those that were dismissed.
+
+use std::fmt;
+
+use dragnet_proto::message::Detection;
+use dragnet_proto::verdict::{Decision, Verdicts};
+use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
+
+/// A find.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Find {
+    /// Its cell.
+    pub cell: Cell,
+    /// When it was declared, or dismissed if it is not declared any more.
+    pub since: MissionTime,
+    /// Whether it is declared. A dismissed find is declared again if enough new evidence speaks for it.
+    pub is_declared: bool,
+    /// The operator's decision, if there is one.
+    pub operator: Option<Decision>,
+}
+
+/// Declared objects, in their order, and then dismissed ones that are not declared any more, by cell.
+#[must_use]
+pub fn finds(declared: &[Detection], verdicts: &Verdicts) -> Vec<Find> {
+    let is_declared = |cell| declared.iter().any(|object| object.cell == cell);
+    let found = declared.iter().map(|object| Find {
+        cell: object.cell,
+        since: MissionTime(object.time_ns),
+        is_declared: true,
+        operator: verdicts.decision(object.cell),
+    });
+    let dismissed = verdicts.iter().filter(|(_, verdict)| verdict.decision == Decision::Dismissed);
+    let dismissed = dismissed.filter(|&(cell, _)| !is_declared(cell)).map(|(cell, verdict)| Find {
+        cell,
+        since: verdict.time(),
+        is_declared: false,
+        operator: Some(Decision::Dismissed),
+    });
+    found.chain(dismissed).collect()
+}
+
+/// Numbers of finds, for reports.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FindCounts {
+    /// Declared objects.
+    pub declared: usize,
+    /// Those of them that the operator has confirmed.
+    pub confirmed: usize,
+    /// Finds that the operator has dismissed and that are not declared any more.
+    pub dismissed: usize,
+}
+
+impl FindCounts {
+    /// The numbers of these finds.
+    #[must_use]
+    pub fn of(finds: &[Find]) -> Self {
+        let count = |counts: &dyn Fn(&Find) -> bool| finds.iter().filter(|find| counts(find)).count();
+        Self {
+            declared: count(&|find| find.is_declared),
+            confirmed: count(&|find| find.is_declared && find.operator == Some(Decision::Confirmed)),
+            dismissed: count(&|find| !find.is_declared),
+        }
+    }
+
+    /// Whether the operator has decided about a find.
+    #[must_use]
+    pub const fn has_verdicts(self) -> bool {
+        self.confirmed + self.dismissed > 0
+    }
+}
+
+impl fmt::Display for FindCounts {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} found", self.declared)?;
+        if self.confirmed > 0 {
+            write!(formatter, ", of them {} confirmed by hand", self.confirmed)?;
+        }
+        if self.dismissed > 0 {
+            write!(formatter, "; {} dismissed", self.dismissed)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dragnet_proto::verdict::Verdict;
+    use dragnet_search::cell::Grid;
+
+    use super::*;
+
+    #[test]
+    fn a_dismissed_find_is_listed_once_whether_or_not_it_is_declared_again() {
+        let cell = |number| Grid::new(1, 5).unwrap().cell_numbered(number).unwrap();
+        let object = |number| Detection { cell: cell(number), probability: 0.97, time_ns: number.into() };
+        let verdict =
+            |(number, decision)| (cell(number), Verdict { number: 50, decision, log_odds_units: 0 });
+        let decided = [
+            (1, Decision::Confirmed),
+            (2, Decision::Dismissed),
+            (3, Decision::Dismissed),
+            (4, Decision::Undone),
+        ];
+        let finds = finds(&[0, 1, 2].map(object), &decided.map(verdict).into_iter().collect());
+        let listed: Vec<_> =
+            finds.iter().map(|it| (it.cell.number(), it.since.0, it.is_declared, it.operator)).collect();
+        let (confirmed, dismissed) = (Some(Decision::Confirmed), Some(Decision::Dismissed));
+        assert_eq!(
+            listed,
+            [(0, 0, true, None), (1, 1, true, confirmed), (2, 2, true, dismissed), (3, 50, false, dismissed)]
+        );
+        assert_eq!(FindCounts::of(&finds).to_string(), "3 found, of them 1 confirmed by hand; 1 dismissed");
+        assert_eq!(FindCounts::of(&finds[..1]).to_string(), "1 found");
+    }
+}

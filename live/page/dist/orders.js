@@ -1,0 +1,49 @@
+import { clock } from "./mission.js";
+import { element } from "./panel.js";
+export function showOrders(mission) {
+    element("orders-title", HTMLElement).hidden = mission.orders.length === 0;
+    const list = element("orders", HTMLUListElement);
+    while (list.children.length > mission.orders.length)
+        list.lastElementChild?.remove();
+    mission.orders.forEach((order, index) => {
+        const item = list.children[index] ?? list.appendChild(document.createElement("li"));
+        const text = `${clock(order.time)} ${named(mission, order)}: ${acknowledged(mission, order)}`;
+        if (item.textContent !== text)
+            item.textContent = text;
+    });
+}
+function named(mission, order) {
+    const cell = order.cell === null ? "" : ` ${mission.name(order.cell)}`;
+    const names = {
+        pause: "Pause",
+        resume: "Resume",
+        area: `Area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`,
+        searched: `Marked searched${cell}`,
+        clue: `Marked clue${cell}`,
+        confirmed: `Find${cell} confirmed`,
+        dismissed: `Find${cell} dismissed`,
+        undone: `Decision about find${cell} undone`,
+    };
+    return names[order.what];
+}
+export function acknowledged(mission, { has, waits }) {
+    if (waits.length === 0)
+        return has.length === 1 ? "the robot has it" : "all robots have it";
+    const lost = new Set((mission.frame?.robots ?? []).filter((robot) => robot.state === "lost").map((robot) => robot.robot));
+    const groups = [[waits.filter((robot) => !lost.has(robot)), ""], [waits.filter((robot) => lost.has(robot)), " (lost)"]];
+    const waiting = groups.filter(([robots]) => robots.length > 0).map(([robots, note]) => `${numbers(robots)}${note}`).join(", ");
+    if (has.length === 0)
+        return `waiting for robot${waits.length === 1 ? "" : "s"} ${waiting}`;
+    return `robot${has.length === 1 ? "" : "s"} ${numbers(has)} ${has.length === 1 ? "has" : "have"} it; waiting for ${waiting}`;
+}
+export function numbers(robots) {
+    const runs = [];
+    for (const robot of robots) {
+        const last = runs.at(-1);
+        if (last !== undefined && last[1] + 1 === robot)
+            last[1] = robot;
+        else
+            runs.push([robot, robot]);
+    }
+    return runs.flatMap(([from, to]) => (to - from > 1 ? [`${from}–${to}`] : to > from ? [`${from}`, `${to}`] : [`${from}`])).join(", ");
+}
