@@ -22,6 +22,8 @@ fn one_json_object_holds_all_measures() {
         "declared",
         "recall",
         "precision",
+        "confirmed",
+        "dismissed",
         "f1",
         "auc_f1",
         "path_cells",
