@@ -157,12 +157,12 @@ impl PlannedPrecision {
         for (row, precision) in (0..).zip(self.precision.chunks_mut(grid.columns() as usize)) {
             let own = others.leave(row, grid.columns());
             let (west, rest) = precision.split_at_mut(own.start);
-            let (middle, east) = rest.split_at_mut(own.len());
+            let east = &mut rest[own.len()..];
             west.iter_mut().chain(east).for_each(|precision| *precision += observation);
             if unlike.is_empty() {
                 continue;
             }
-            for (column, precision) in (0..).zip(middle).map(|(column, it)| (own.start as u32 + column, it)) {
+            for (column, precision) in (0..).zip(precision).skip(own.start).take(own.len()) {
                 let cell = Position { row, column };
                 let sooner = unlike.iter().find(|other| other.is_sooner(cell, robot));
                 *precision += sooner.map_or(0, |other| other.precision);

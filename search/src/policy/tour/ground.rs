@@ -306,8 +306,8 @@ impl Ground {
                 if precision == 0 || !self.frame.holds(row, column) {
                     continue;
                 }
-                let place = self.frame.index(row, column);
-                match &mut last[place] {
+                let at = self.frame.index(row, column);
+                match &mut last[at] {
                     Some((before, best)) if time <= before.time.saturating_add(passing) => {
                         before.precision = before.precision.saturating_add(precision);
                         if precision > *best {
@@ -316,7 +316,7 @@ impl Ground {
                     }
                     slot => {
                         planned.extend(slot.map(|(before, _)| before));
-                        *slot = Some((PlannedObservation { time, place, precision }, precision));
+                        *slot = Some((PlannedObservation { time, place: at, precision }, precision));
                     }
                 }
             }
