@@ -1,5 +1,7 @@
 //! Teams of unlike robots: a drone sees what no rover can, sooner, and all believe the same.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use dragnet_agent::agent::Agent;
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Position;

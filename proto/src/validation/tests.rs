@@ -14,7 +14,7 @@ fn limits() -> Limits {
     let sensor = Sensor::new(2, 0.005, dragnet_search::sensor::Noise::Gaussian).unwrap();
     let [robot] = scenario.robots() else { panic!("one robot") };
     let class = Class { sensor: Arc::new(sensor), ..(*robot.class).clone() };
-    Limits::new(Arc::new(terrain), [(RobotId::FIRST, Arc::new(class))], Duration::from_secs(60))
+    Limits::new(Arc::new(terrain), [(RobotId::FIRST, Arc::new(class))], Duration::from_mins(1))
 }
 
 fn cell(row: u32, column: u32) -> Cell {
