@@ -99,19 +99,19 @@ impl AgentConfig {
     }
 
     fn step_time(&self) -> Duration {
-        self.mission.step_time(self.terrain.cell_meters())
+        self.robot.class.step_time(self.terrain.cell_meters())
     }
 
     fn view(&self, now: MissionTime) -> View<'_> {
         View { terrain: &self.terrain, class: &self.robot.class, team: &self.team, now }
     }
 
-    /// A teammate may be slower than planned, and route around obstacles.
-    fn patience(&self) -> Patience {
+    /// How long a robot may be silent or make no progress: it may be slower than planned, and route around obstacles.
+    fn patience(&self, robot: RobotId) -> Patience {
+        let class = self.team.get(robot.index()).unwrap_or(&self.robot.class);
+        let slowness = class.step_time(self.terrain.cell_meters()) * SLOW_STEPS;
         let silence = self.mission.lost_after;
-        let step = self.team.iter().map(|class| self.mission.of(class).step_time(self.terrain.cell_meters()));
-        let slowest = step.max().unwrap_or_default();
-        Patience { silence, stillness: silence.saturating_add(slowest * SLOW_STEPS) }
+        Patience { silence, stillness: silence.saturating_add(slowness) }
     }
 
     fn sensor(&self) -> &Sensor {
@@ -531,7 +531,7 @@ impl Agent {
     }
 
     fn wake(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
-        self.team.review(now, self.config.patience());
+        self.team.review(now, |robot| self.config.patience(robot));
         let is_first = self.plans == 0;
         let is_running_out = !self.activity.is_rest() && self.is_spent(now);
         // Teammates' observations may have withdrawn a find.

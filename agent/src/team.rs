@@ -126,10 +126,12 @@ impl Team {
     }
 
     /// Drops teammates that were silent for too long, and disregards the plans of those without progress.
-    pub fn review(&mut self, now: MissionTime, patience: Patience) {
+    pub fn review(&mut self, now: MissionTime, patience: impl Fn(RobotId) -> Patience) {
         let mut is_any_silent = false;
-        for place in &mut self.mates {
+        let numbered = (1..=u16::MAX).filter_map(RobotId::new).zip(&mut self.mates);
+        for (robot, place) in numbered {
             let Some(mate) = place else { continue };
+            let patience = patience(robot);
             if now > mate.last_received + patience.silence {
                 *place = None;
                 is_any_silent = true;
@@ -316,9 +318,9 @@ mod tests {
         let mut field = Field::new();
         field.plans(0, 0..5);
         let patience = Patience { silence: Duration::from_secs(30), stillness: Duration::from_secs(90) };
-        field.team.review(MissionTime::START + patience.silence, patience);
+        field.team.review(MissionTime::START + patience.silence, |_| patience);
         field.check(0..5);
-        field.team.review(MissionTime(30_000_000_001), patience);
+        field.team.review(MissionTime(30_000_000_001), |_| patience);
         field.check([]);
         assert_eq!(field.team.alive().count(), 0);
     }
@@ -331,12 +333,12 @@ mod tests {
         let patience = Patience { silence: Duration::from_secs(30), stillness: Duration::from_secs(90) };
         let (third, changes) = (field.cells([2])[0], field.team.changes());
         field.team.received(at(91), MATE);
-        field.team.review(at(90), patience);
+        field.team.review(at(90), |_| patience);
         assert!(field.team.is_anything_planned());
-        field.team.review(at(91), patience);
+        field.team.review(at(91), |_| patience);
         field.check([]);
         assert!(!field.team.is_anything_planned());
-        field.team.review(at(92), patience);
+        field.team.review(at(92), |_| patience);
         assert_eq!(field.team.changes(), changes + 1, "reported once");
         field.team.walked(at(92), MATE, third);
         field.check(3..5);

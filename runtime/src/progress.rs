@@ -34,7 +34,9 @@ impl Expected {
     #[must_use]
     pub fn of(mover: Mover, scenario: &Scenario, real_time_factor: f64) -> Self {
         let mission = scenario.mission();
-        let step_seconds = mission.step_time(scenario.terrain().cell_meters()).as_secs_f64();
+        let cell_meters = scenario.terrain().cell_meters();
+        let steps = scenario.robots().iter().map(|robot| robot.class.step_time(cell_meters));
+        let step_seconds = steps.max().unwrap_or_default().as_secs_f64();
         let turns = u32::try_from(scenario.robots().len()).unwrap_or(u32::MAX);
         // The simulator begins with one robot after the other.
         let start_seconds = mission.stagger.saturating_mul(turns).as_secs_f64();

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use dragnet_search::cell::Grid;
 use dragnet_search::reach::Sight;
@@ -11,6 +12,9 @@ use super::check::Invalid;
 use super::file::{ClassTable, ScenarioFile};
 use super::mission::{Budget, Mission};
 use super::{check_name, world};
+
+/// The longest time that a robot is waited for over one step, however slow it is.
+const LONGEST_STEP_SECONDS: f64 = 3600.0;
 
 /// What the robots of a class can do.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +32,13 @@ pub struct Class {
 }
 
 impl Class {
+    /// The duration of their longest move, a diagonal one, on cells of an edge in meters; at most an hour.
+    #[must_use]
+    pub fn step_time(&self, cell_meters: f64) -> Duration {
+        let seconds = std::f64::consts::SQRT_2 * cell_meters / self.speed_meters_per_second;
+        Duration::from_secs_f64(seconds.min(LONGEST_STEP_SECONDS))
+    }
+
     /// What their reach depends on.
     #[must_use]
     pub fn sight(&self) -> Sight {

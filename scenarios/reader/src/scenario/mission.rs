@@ -10,8 +10,6 @@ use super::file::MissionTable;
 const MAX_METERS: f64 = 1e9;
 /// The slowest robot, meters per second.
 const MIN_SPEED: f64 = 0.001;
-/// The longest time that a robot is waited for over one step, however slow it is.
-const LONGEST_STEP_SECONDS: f64 = 3600.0;
 /// The most heartbeats, or recorded beliefs, while a robot crosses a cell.
 const MAX_PERIODS_A_CELL: f64 = 1000.0;
 
@@ -79,13 +77,6 @@ impl Mission {
         let left = |budget: Duration| budget.saturating_sub(elapsed).as_secs_f64();
         let of_time = self.budget.time.map(|budget| left(budget) * self.speed_meters_per_second);
         [of_length, of_time].into_iter().flatten().fold(f64::INFINITY, f64::min).max(0.0)
-    }
-
-    /// The duration of the longest move of a robot, a diagonal one, on cells of an edge in meters; at most an hour.
-    #[must_use]
-    pub fn step_time(&self, cell_meters: f64) -> Duration {
-        let seconds = std::f64::consts::SQRT_2 * cell_meters / self.speed_meters_per_second;
-        Duration::from_secs_f64(seconds.min(LONGEST_STEP_SECONDS))
     }
 
     /// The mission of the robots of a class: with their speed and budget.
