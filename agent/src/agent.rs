@@ -10,7 +10,7 @@ use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::validation::Limits;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_scenario::{Class, Mission, Robot, Scenario};
+use dragnet_scenario::{Mission, Robot, Scenario};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
@@ -30,7 +30,7 @@ use std::time::{Duration, Instant};
 use crate::blind_spots::BlindSpots;
 use crate::heartbeat::HeartbeatSchedule;
 use crate::sightings::Sightings;
-use crate::team::{Patience, Team, View};
+use crate::team::{Team, View};
 
 /// The configuration of a robot.
 #[derive(Clone, Debug)]
@@ -39,8 +39,6 @@ pub struct AgentConfig {
     pub robot: Robot,
     /// Its place in the team.
     pub place: Place,
-    /// The classes of the team, by member.
-    pub team: Arc<[Arc<Class>]>,
     /// The map as the robot can cross it.
     pub terrain: Arc<Terrain>,
     /// The robot's moves.
@@ -69,8 +67,6 @@ impl AgentConfig {
         let knowledge = Knowledge::new(&terrain, scenario.prior().clone());
         let added_prior = added_prior(scenario.prior(), &terrain);
         let limits = Limits::of(scenario);
-        let classes: Arc<[Arc<Class>]> =
-            scenario.robots().iter().map(|robot| Arc::clone(&robot.class)).collect();
         let above = scenario.robots().iter().any(|robot| robot.class.flies);
         let above = above.then(|| Arc::new(terrain.from_above()));
         let max_observations = max_observations_of(scenario);
@@ -80,7 +76,6 @@ impl AgentConfig {
             .map(|(member, robot)| Self {
                 robot: robot.clone(),
                 place: Place { member, team },
-                team: Arc::clone(&classes),
                 terrain: Arc::clone(above.as_ref().filter(|_| robot.class.flies).unwrap_or(&terrain)),
                 connectivity: scenario.connectivity(),
                 knowledge: knowledge.clone(),
@@ -103,15 +98,14 @@ impl AgentConfig {
     }
 
     fn view(&self, now: MissionTime) -> View<'_> {
-        View { terrain: &self.terrain, class: &self.robot.class, team: &self.team, now }
+        View { terrain: &self.terrain, class: &self.robot.class, limits: &self.limits, now }
     }
 
-    /// How long a robot may be silent or make no progress: it may be slower than planned, and route around obstacles.
-    fn patience(&self, robot: RobotId) -> Patience {
-        let class = self.team.get(robot.index()).unwrap_or(&self.robot.class);
+    /// How long a robot may make no progress: it may be slower than planned, and route around obstacles.
+    fn stillness(&self, robot: RobotId) -> Duration {
+        let class = self.limits.class(robot.into()).unwrap_or(&self.robot.class);
         let slowness = class.step_time(self.terrain.cell_meters()) * SLOW_STEPS;
-        let silence = self.mission.lost_after;
-        Patience { silence, stillness: silence.saturating_add(slowness) }
+        self.mission.lost_after.saturating_add(slowness)
     }
 
     fn sensor(&self) -> &Sensor {
@@ -531,7 +525,7 @@ impl Agent {
     }
 
     fn wake(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
-        self.team.review(now, |robot| self.config.patience(robot));
+        self.team.review(now, self.config.mission.lost_after, |robot| self.config.stillness(robot));
         let is_first = self.plans == 0;
         let is_running_out = !self.activity.is_rest() && self.is_spent(now);
         // Teammates' observations may have withdrawn a find.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::message::Intent;
+use dragnet_proto::validation::Limits;
 use dragnet_scenario::Class;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -40,24 +41,15 @@ impl Teammate {
     }
 }
 
-/// How long a teammate may be silent or make no progress.
-#[derive(Clone, Copy, Debug)]
-pub struct Patience {
-    /// A teammate that is silent for longer is dropped.
-    pub silence: Duration,
-    /// The plan of a teammate that makes no progress for longer does not count.
-    pub stillness: Duration,
-}
-
 /// What turns teammates' plans into planned observations.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     /// The map.
     pub terrain: &'a Terrain,
     /// The robot's class.
-    pub class: &'a Arc<Class>,
-    /// Classes of the team, by [`RobotId::index`].
-    pub team: &'a [Arc<Class>],
+    pub class: &'a Class,
+    /// Classes of the team.
+    pub limits: &'a Limits,
     /// Now.
     pub now: MissionTime,
 }
@@ -125,19 +117,21 @@ impl Team {
         self.changes += u64::from(mate.is_some());
     }
 
-    /// Drops teammates that were silent for too long, and disregards the plans of those without progress.
-    pub fn review(&mut self, now: MissionTime, patience: impl Fn(RobotId) -> Patience) {
+    /// Drops teammates that were silent for longer than `silence`, and disregards the plans of those that made no
+    /// progress for longer than their `stillness`, which is no shorter.
+    pub fn review(&mut self, now: MissionTime, silence: Duration, stillness: impl Fn(RobotId) -> Duration) {
         let mut is_any_silent = false;
         let numbered = (1..=u16::MAX).filter_map(RobotId::new).zip(&mut self.mates);
         for (robot, place) in numbered {
             let Some(mate) = place else { continue };
-            let patience = patience(robot);
-            if now > mate.last_received + patience.silence {
+            if now > mate.last_received + silence {
                 *place = None;
                 is_any_silent = true;
                 continue;
             }
-            let has_stalled = !mate.is_stalled && now > mate.last_progress + patience.stillness;
+            let has_stalled = !mate.is_stalled
+                && now > mate.last_progress + silence
+                && now > mate.last_progress + stillness(robot);
             mate.is_stalled |= has_stalled;
             self.changes += u64::from(has_stalled);
         }
@@ -156,7 +150,7 @@ impl Team {
         for (robot, mate) in self.known().filter(|(_, mate)| !mate.is_stalled) {
             let Some(plan) = &mate.plan else { continue };
             let elapsed = view.now.since(mate.last_progress).as_secs_f64();
-            let class = view.team.get(robot.index());
+            let class = view.limits.class(robot.into());
             let member = class.and_then(|_| u16::try_from(robot.index()).ok());
             let class = class.unwrap_or(view.class);
             let plan = TeammatePlan {
@@ -212,6 +206,7 @@ mod tests {
     struct Field {
         terrain: Terrain,
         classes: Vec<Arc<Class>>,
+        limits: Limits,
         team: Team,
     }
 
@@ -223,7 +218,7 @@ mod tests {
                         mission = { budget_seconds = 60.0, speed_meters_per_second = 0.5 }\n";
             let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
             let classes = scenario.robots().iter().map(|robot| Arc::clone(&robot.class)).collect();
-            Self { terrain, classes, team: Team::default() }
+            Self { terrain, classes, limits: Limits::of(&scenario), team: Team::default() }
         }
 
         fn cells(&self, numbers: impl IntoIterator<Item = u32>) -> Vec<Cell> {
@@ -239,7 +234,7 @@ mod tests {
         }
 
         fn view(&self, now: MissionTime) -> View<'_> {
-            View { terrain: &self.terrain, class: &self.classes[0], team: &self.classes, now }
+            View { terrain: &self.terrain, class: &self.classes[0], limits: &self.limits, now }
         }
 
         fn check(&self, expected: impl IntoIterator<Item = u32>) {
@@ -301,6 +296,8 @@ mod tests {
         let class =
             Class { speed_meters_per_second, sensor: Arc::new(sensor), ..(*field.classes[1]).clone() };
         field.classes[1] = Arc::new(class);
+        let team = (1..).filter_map(RobotId::new).zip(field.classes.iter().cloned());
+        field.limits = Limits::new(Arc::new(field.terrain.clone()), team, Duration::ZERO);
         field.plans(0, 0..5);
         let planned_precision = field.team.planned(field.view(MissionTime(2_000_000_000)));
         let plan = &planned_precision.plans()[0];
@@ -317,10 +314,10 @@ mod tests {
     fn a_robot_that_is_silent_for_too_long_is_lost() {
         let mut field = Field::new();
         field.plans(0, 0..5);
-        let patience = Patience { silence: Duration::from_secs(30), stillness: Duration::from_secs(90) };
-        field.team.review(MissionTime::START + patience.silence, |_| patience);
+        let (silence, stillness) = (Duration::from_secs(30), Duration::from_secs(90));
+        field.team.review(MissionTime::START + silence, silence, |_| stillness);
         field.check(0..5);
-        field.team.review(MissionTime(30_000_000_001), |_| patience);
+        field.team.review(MissionTime(30_000_000_001), silence, |_| stillness);
         field.check([]);
         assert_eq!(field.team.alive().count(), 0);
     }
@@ -330,15 +327,15 @@ mod tests {
         let mut field = Field::new();
         field.plans(0, 0..5);
         let at = |seconds: u64| MissionTime(seconds * 1_000_000_000);
-        let patience = Patience { silence: Duration::from_secs(30), stillness: Duration::from_secs(90) };
+        let (silence, stillness) = (Duration::from_secs(30), Duration::from_secs(90));
         let (third, changes) = (field.cells([2])[0], field.team.changes());
         field.team.received(at(91), MATE);
-        field.team.review(at(90), |_| patience);
+        field.team.review(at(90), silence, |_| stillness);
         assert!(field.team.is_anything_planned());
-        field.team.review(at(91), |_| patience);
+        field.team.review(at(91), silence, |_| stillness);
         field.check([]);
         assert!(!field.team.is_anything_planned());
-        field.team.review(at(92), |_| patience);
+        field.team.review(at(92), silence, |_| stillness);
         assert_eq!(field.team.changes(), changes + 1, "reported once");
         field.team.walked(at(92), MATE, third);
         field.check(3..5);

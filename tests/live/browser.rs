@@ -105,16 +105,21 @@ fn finds_are_confirmed_and_dismissed_in_the_page_the_recording_and_the_export() 
     });
 }
 
+/// The coordinator of a mission in the hall, with its scenario and the endpoint on which robots reach it.
+fn coordinator_of_hall() -> (Served, Scenario, String) {
+    let (folder, endpoint) = (folder(), free_endpoints(1).unwrap().remove(0));
+    let settings = format!(
+        "[live]\n[common]\nmission = \"hall\"\nscenario = \"hall.toml\"\nzenoh.listen = [{endpoint:?}]\n"
+    );
+    std::fs::write(folder.path().join("coordinator.toml"), settings).unwrap();
+    let scenario = Scenario::load(&folder.path().join("hall.toml")).unwrap();
+    (Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]), scenario, endpoint)
+}
+
 #[test]
 fn a_robot_that_is_cut_off_is_waited_for() {
     in_browser(|| {
-        let (folder, endpoint) = (folder(), free_endpoints(1).unwrap().remove(0));
-        let settings = format!(
-            "[live]\n[common]\nmission = \"hall\"\nscenario = \"hall.toml\"\nzenoh.listen = [{endpoint:?}]\n"
-        );
-        std::fs::write(folder.path().join("coordinator.toml"), settings).unwrap();
-        let scenario = Scenario::load(&folder.path().join("hall.toml")).unwrap();
-        let served = Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]);
+        let (served, scenario, endpoint) = coordinator_of_hall();
         let runtime = tokio::runtime::Runtime::new().unwrap();
         let robot = runtime.spawn(repeat_orders(scenario, endpoint));
         play("cutOff", served);
@@ -225,13 +230,7 @@ fn fifty_robots_on_a_large_map_are_told_apart() {
 #[test]
 fn two_robots_of_one_number_are_marked_and_described() {
     in_browser(|| {
-        let (folder, endpoint) = (folder(), free_endpoints(1).unwrap().remove(0));
-        let settings = format!(
-            "[live]\n[common]\nmission = \"hall\"\nscenario = \"hall.toml\"\nzenoh.listen = [{endpoint:?}]\n"
-        );
-        std::fs::write(folder.path().join("coordinator.toml"), settings).unwrap();
-        let scenario = Scenario::load(&folder.path().join("hall.toml")).unwrap();
-        let served = Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]);
+        let (served, scenario, endpoint) = coordinator_of_hall();
         let runtime = tokio::runtime::Runtime::new().unwrap();
         let both = runtime.block_on(async {
             let endpoints = Endpoints { connect: vec![endpoint], ..Endpoints::default() };
