@@ -20,7 +20,7 @@ use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{Place, Situation};
+use dragnet_search::situation::{Place, Situation, is_way_home_within};
 use dragnet_search::terrain::Terrain;
 use std::borrow::Cow;
 use std::num::NonZeroUsize;
@@ -29,6 +29,7 @@ use std::time::{Duration, Instant};
 
 use crate::blind_spots::BlindSpots;
 use crate::heartbeat::HeartbeatSchedule;
+use crate::home::Home;
 use crate::sightings::Sightings;
 use crate::team::{Team, View};
 
@@ -154,8 +155,10 @@ pub struct Agent {
     decisions: u64,
     /// Plans made, including decisions to rest: the number of the next one.
     plans: u64,
-    /// Its last cell before a restart.
-    recalled: Option<Cell>,
+    /// Its first and its last cell before a restart.
+    recalled: Option<(Cell, Cell)>,
+    /// The way back to its base, if it is to return there; unknown before the first event.
+    home: Option<Home>,
     /// The origin of its observations and plans.
     origin: Origin,
     /// The first incarnation that it has not stored as used.
@@ -220,6 +223,7 @@ impl Agent {
             decisions: 0,
             plans: 0,
             recalled: None,
+            home: None,
             origin: Origin::first(config.id()),
             unused_incarnation: 0,
             observations: 0,
@@ -246,10 +250,11 @@ impl Agent {
     /// published.
     pub fn recall(&mut self, observation: &Arc<Observation>) {
         if observation.origin.source == self.config.id().into() {
-            if let Some(before) = self.recalled {
+            if let Some((_, before)) = self.recalled {
                 self.path_meters += self.meters(before, observation.from);
             }
-            self.recalled = Some(observation.from);
+            let first = self.recalled.map_or(observation.from, |(first, _)| first);
+            self.recalled = Some((first, observation.from));
             let used = observation.origin.incarnation;
             self.unused_incarnation = self.unused_incarnation.max(used.saturating_add(1));
         }
@@ -354,6 +359,7 @@ impl Agent {
             self.origin.incarnation = now.0.max(self.unused_incarnation);
             // The vehicle's clock may be set only now, even backwards.
             self.heartbeats.restart(now);
+            self.settle(cell);
         }
         self.move_to(cell);
         self.observe(now, cell, readings, effects);
@@ -362,8 +368,14 @@ impl Agent {
         let is_to_decide = match self.activity {
             // A search may end in any cell, not only at a waypoint.
             Activity::Searching => {
-                self.plan.is_empty() || self.is_overtaken || is_due || self.is_spent(now) || self.is_cleared()
+                self.plan.is_empty()
+                    || self.is_overtaken
+                    || is_due
+                    || self.is_spent(now)
+                    || self.is_due_home(now)
+                    || self.is_cleared()
             }
+            Activity::Returning => self.plan.is_empty() || self.is_overtaken,
             // Observations while it rests may have withdrawn a find.
             Activity::Cleared => true,
             _ => false,
@@ -488,9 +500,14 @@ impl Agent {
     fn heed(&mut self, now: MissionTime, judged: &[Cell], effects: &mut Effects<Message>) {
         self.sightings.settle(judged);
         self.is_overtaken = true;
-        if self.activity.is_rest() || self.activity == Activity::Waiting {
+        if self.has_nothing_to_do() {
             self.decide(now, effects);
         }
+    }
+
+    /// Whether anything new may give it something to do at once.
+    fn has_nothing_to_do(&self) -> bool {
+        self.activity.is_rest() || self.activity == Activity::Waiting
     }
 
     /// Applies a new directive of the operator: pauses, resumes, or adds cells to the search area.
@@ -505,10 +522,10 @@ impl Agent {
             self.config.added_prior,
         );
         let is_paused = self.activity == Activity::Paused;
-        if is_paused != self.directive.is_paused
-            || self.activity.is_rest()
-            || self.activity == Activity::Waiting
-        {
+        self.home = self.home.as_ref().map(|home| home.on(&self.config.terrain, self.config.connectivity));
+        // On its way home it decides again in the next cell.
+        self.is_overtaken |= self.activity == Activity::Returning;
+        if is_paused != self.directive.is_paused || self.has_nothing_to_do() {
             self.decide(now, effects);
         }
     }
@@ -527,7 +544,12 @@ impl Agent {
     fn wake(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
         self.team.review(now, self.config.mission.lost_after, |robot| self.config.stillness(robot));
         let is_first = self.plans == 0;
-        let is_running_out = !self.activity.is_rest() && self.is_spent(now);
+        // Between cells it is not known how far a robot has come on its way home.
+        let is_running_out = match self.activity {
+            Activity::Searching | Activity::Paused => self.is_spent(now),
+            Activity::Waiting => self.is_spent(now) || self.is_due_home(now),
+            Activity::Returning | Activity::Cleared | Activity::Spent | Activity::Stuck => false,
+        };
         // Teammates' observations may have withdrawn a find.
         let is_cleared = self.activity == Activity::Cleared;
         let is_to_think_again = self.waiting.until.is_some_and(|until| now >= until);
@@ -541,6 +563,30 @@ impl Agent {
 
     fn is_spent(&self, now: MissionTime) -> bool {
         self.config.mission.budget.is_spent(self.path_meters, now.since(MissionTime::START))
+    }
+
+    /// It is in its first cell, and may have a base.
+    fn settle(&mut self, cell: Cell) {
+        let AgentConfig { terrain, connectivity, robot, mission, .. } = &self.config;
+        if mission.return_reserve.is_some() {
+            let was_first_in = self.recalled.map(|(first, _)| first);
+            self.home = Some(Home::new(terrain, *connectivity, robot, was_first_in, cell));
+        }
+    }
+
+    /// Whether the budget leaves no more than the way home.
+    fn is_due_home(&self, now: MissionTime) -> bool {
+        self.home
+            .as_ref()
+            .zip(self.cell)
+            .is_some_and(|(home, cell)| !is_way_home_within(home.ways(), cell, self.remaining_cells(now)))
+    }
+
+    /// Whether its budget keeps it from some cell, since it is to come home.
+    fn is_held_back(&self, now: MissionTime, cell: Cell) -> bool {
+        let AgentConfig { terrain, connectivity, .. } = &self.config;
+        let home = self.home.as_ref();
+        home.is_some_and(|home| home.is_any_too_far(terrain, *connectivity, cell, self.remaining_cells(now)))
     }
 
     /// Path length that the budget leaves, cells.
@@ -588,6 +634,8 @@ impl Agent {
             Some(Activity::Paused)
         } else if self.is_cleared() {
             Some(Activity::Cleared)
+        } else if self.is_due_home(now) {
+            Some(Activity::Spent)
         } else {
             None
         };
@@ -595,8 +643,10 @@ impl Agent {
             Some(activity) => (activity, Vec::new()),
             None => self.choose_measured(now, cell, effects),
         };
+        let may_leave = activity.is_rest() && !self.directive.is_paused;
+        let (activity, path) = if may_leave { self.go_home(cell, activity) } else { (activity, path) };
         self.waiting = Waiting { since: now, known: self.known(), until: None };
-        if activity != Activity::Searching && activity == self.activity {
+        if path.is_empty() && activity == self.activity {
             return;
         }
         self.activity = activity;
@@ -607,6 +657,17 @@ impl Agent {
         self.plans += 1;
         effects.route = Some(path);
         effects.published.push((Audience::All, Message::Intent(self.intent())));
+    }
+
+    /// What a robot does whose search is over for this reason: it rests, or returns to its base first.
+    fn go_home(&self, cell: Cell, reason: Activity) -> (Activity, Vec<Cell>) {
+        match &self.home {
+            Some(home) if home.base() != cell => match home.path_from(cell) {
+                path if path.is_empty() => (Activity::Stuck, path),
+                path => (Activity::Returning, path),
+            },
+            _ => (reason, Vec::new()),
+        }
     }
 
     /// The same as [`Agent::choose`], with the computing time if a waypoint was chosen.
@@ -643,12 +704,14 @@ impl Agent {
             self.decisions += 1;
             return (Activity::Searching, decision.path);
         }
-        let activity = if !decision.had_candidates() {
-            Activity::Stuck
-        } else if self.team.is_anything_planned() {
+        let activity = if decision.had_candidates() && self.team.is_anything_planned() {
             Activity::Waiting
-        } else {
+        } else if self.is_held_back(now, robot) {
+            Activity::Spent
+        } else if decision.had_candidates() {
             Activity::Cleared
+        } else {
+            Activity::Stuck
         };
         (activity, Vec::new())
     }
@@ -675,8 +738,11 @@ impl Agent {
             place: self.config.place,
             detection_threshold: self.config.mission.detection_threshold,
             remaining_cells: self.remaining_cells(now),
+            ways_home: self.home.as_ref().map(Home::ways),
         };
-        self.policy.choose(&situation, &mut self.random)
+        let mut decision = self.policy.choose(&situation, &mut self.random);
+        decision.path.truncate(situation.leading_cells_with_way_home(&decision.path));
+        decision
     }
 
     fn intent(&self) -> Intent {

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::path::Path;
+use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::{Activity, Audience, Intent, Message};
@@ -45,6 +46,18 @@ impl Field {
     fn sense(&mut self, seconds: u64, cell: Cell) -> Effects<Message> {
         let readings = vec![Reading { cell, value: 0.0, variance: 0.001 }];
         self.robot.react(MissionTime(seconds * SECOND), Event::Sensed { cell, readings })
+    }
+
+    /// The first observation of robot 1, of nothing in this cell.
+    fn robot_observation(&self, from: Cell) -> Arc<Observation> {
+        let readings = vec![Reading { cell: from, value: 0.0, variance: 0.001 }];
+        Arc::new(Observation {
+            origin: Origin::first(RobotId::FIRST),
+            sequence: 0,
+            time_ns: 0,
+            from,
+            readings,
+        })
     }
 
     fn receive(&mut self, seconds: u64, from: u16, message: Message) -> Effects<Message> {
@@ -140,6 +153,76 @@ fn a_plan_that_comes_late_makes_the_later_planner_decide_anew() {
     assert_ne!(anew.unwrap(), blind[1..]);
     // If it was made later, the other robot yields.
     assert_eq!(path_of_second(Some(10), 9).1, None);
+}
+
+/// Drives a robot that starts in the corner along its routes until it rests; returns what it did, in order, and its cells.
+fn drive(field: &mut Field, cell_seconds: u64) -> (Vec<Activity>, Vec<Cell>) {
+    let (mut cell, mut route, mut now) = (field.cell(0, 0), Vec::new(), 0);
+    let (mut did, mut cells) = (Vec::new(), vec![cell]);
+    for _ in 0..200 {
+        if let Some(new) = field.sense(now, cell).route {
+            route = new;
+            did.push(field.robot.activity());
+        }
+        if route.is_empty() {
+            return (did, cells);
+        }
+        (cell, now) = (route.remove(0), now + cell_seconds);
+        cells.push(cell);
+    }
+    panic!("it never rests");
+}
+
+#[test]
+fn a_robot_with_a_base_is_back_when_its_budget_ends() {
+    // Cells of 30 m, 15 s each: 28 cells with a tenth in reserve, or 20 without one.
+    for (mission, most) in [
+        ("budget_meters = 933.4\nreturn_to_base = true", 28),
+        ("budget_seconds = 300.0\nreturn_to_base = true\nbudget_reserve = 0.0", 20),
+    ] {
+        let mut field = Field::new(1, mission);
+        let (did, cells) = drive(&mut field, 15);
+        assert_eq!(did.last(), Some(&Activity::Spent));
+        assert_eq!(cells.last(), cells.first());
+        assert!((most - 3..=most).contains(&(cells.len() - 1)), "{} of {most} cells", cells.len() - 1);
+    }
+}
+
+#[test]
+fn a_robot_with_a_base_comes_home_late_rather_than_never() {
+    // Twice as slow as it should be, which no reserve covers.
+    let mut field = Field::new(1, "budget_seconds = 300.0\nreturn_to_base = true");
+    let (did, cells) = drive(&mut field, 30);
+    assert_eq!((did.last(), cells.last()), (Some(&Activity::Spent), cells.first()));
+    assert!(did.contains(&Activity::Returning), "{did:?}");
+    assert!(cells.len() > 8, "{cells:?}");
+}
+
+#[test]
+fn a_restarted_robot_goes_back_to_where_it_started_first() {
+    let mut before = Field::new(1, "budget_meters = 900.0\nreturn_to_base = true");
+    let path = before.sense(0, before.cell(0, 0)).route.unwrap();
+    let mut stored = Vec::new();
+    for (step, &cell) in (1..).zip(&path) {
+        stored.extend(before.sense(15 * step, cell).kept);
+    }
+    let start = before.cell(0, 0);
+    let mut field = Field::new(1, "budget_meters = 900.0\nreturn_to_base = true");
+    let first = field.robot_observation(start);
+    for observation in std::iter::once(&first).chain(&stored) {
+        field.robot.recall(observation);
+    }
+    let mut route = field.sense(600, *path.last().unwrap()).route.unwrap();
+    let mut now = 600;
+    while let Some(&cell) = route.first() {
+        now += 15;
+        let effects = field.sense(now, cell);
+        route = effects.route.unwrap_or_else(|| route.split_off(1));
+        assert!(now < 6000, "it never rests");
+        if route.is_empty() {
+            assert_eq!((cell, field.robot.activity()), (start, Activity::Spent));
+        }
+    }
 }
 
 #[test]

@@ -132,6 +132,8 @@ pub enum State {
     Stuck,
     /// Its teammates plan to observe all that is left.
     Waiting,
+    /// It drives to its base.
+    Returning,
 }
 
 impl View {
@@ -371,6 +373,7 @@ impl View {
             Some(Activity::Spent) => State::Spent,
             Some(Activity::Stuck) => State::Stuck,
             Some(Activity::Waiting) => State::Waiting,
+            Some(Activity::Returning) => State::Returning,
         }
     }
 

@@ -162,6 +162,8 @@ pub enum Activity {
     Paused,
     /// Its teammates plan to observe all that is left: it waits for their observations.
     Waiting,
+    /// Its search is over, or its budget leaves no more than the way home: it drives to its base.
+    Returning,
 }
 
 impl Activity {
@@ -175,7 +177,14 @@ impl Activity {
             Self::Stuck => "no cell can be reached",
             Self::Paused => "the search is paused",
             Self::Waiting => "its teammates plan to observe all that is left",
+            Self::Returning => "it returns to its base",
         }
+    }
+
+    /// Whether the robot follows a path.
+    #[must_use]
+    pub const fn is_under_way(self) -> bool {
+        matches!(self, Self::Searching | Self::Returning)
     }
 
     /// Whether the robot has ended its search; a paused or waiting robot may continue.
@@ -183,7 +192,7 @@ impl Activity {
     pub const fn is_rest(self) -> bool {
         match self {
             Self::Cleared | Self::Spent | Self::Stuck => true,
-            Self::Searching | Self::Paused | Self::Waiting => false,
+            Self::Searching | Self::Paused | Self::Waiting | Self::Returning => false,
         }
     }
 }

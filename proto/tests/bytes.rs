@@ -66,6 +66,7 @@ fn activities() -> impl Strategy<Value = Activity> {
         Just(Activity::Stuck),
         Just(Activity::Paused),
         Just(Activity::Waiting),
+        Just(Activity::Returning),
     ]
 }
 

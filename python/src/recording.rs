@@ -144,6 +144,7 @@ const fn activity(activity: Activity) -> &'static str {
         Activity::Stuck => "stuck",
         Activity::Paused => "paused",
         Activity::Waiting => "waiting",
+        Activity::Returning => "returning",
     }
 }
 

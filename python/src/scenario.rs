@@ -34,6 +34,12 @@ impl Scenario {
                 self.inner().name()
             )));
         }
+        if self.inner().mission().return_reserve.is_some() {
+            return Err(PyValueError::new_err(format!(
+                "{} has mission.return_to_base, which environments leave to who drives; allowed is false",
+                self.inner().name()
+            )));
+        }
         Ok(self.shared())
     }
 

@@ -115,6 +115,9 @@ impl Narrator {
             let what = if effects.activity == Activity::Waiting { "waiting" } else { "resting" };
             return Some(format!("{what}: {}", effects.activity.reason()));
         };
+        if effects.activity == Activity::Returning {
+            return Some(format!("returning to its base at {}", self.place(waypoint)));
+        }
         let cells = if route.len() == 1 { "1 cell".to_owned() } else { format!("{} cells", route.len()) };
         let took = effects.decision.map(|took| format!(", in {:.1} ms", took.as_secs_f64() * 1e3));
         Some(format!("decided: {cells} to {}{}", self.place(waypoint), took.unwrap_or_default()))

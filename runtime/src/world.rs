@@ -7,7 +7,7 @@ use std::time::Duration;
 use dragnet_proto::clock;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Mission, Topic};
-use dragnet_proto::message::{Activity, Heartbeat, Intent, Message};
+use dragnet_proto::message::{Heartbeat, Intent, Message};
 use dragnet_proto::state_machine::Event;
 use dragnet_proto::step::Sensed;
 use dragnet_scenario::Scenario;
@@ -316,7 +316,7 @@ impl<'a> WorldServer<'a> {
         let was_shown_long_ago = self.observed.get(&robot).is_none_or(|&at| now >= at + self.heartbeat);
         if entered < path.len() {
             self.send(robot, path[entered..].to_vec());
-        } else if was_shown_long_ago && (entered > 0 || heartbeat.activity == Activity::Searching) {
+        } else if was_shown_long_ago && (entered > 0 || heartbeat.activity.is_under_way()) {
             // It does not know its cell, or waits for readings.
             self.has_missed = true;
             self.observe(now, robot).await?;

@@ -83,7 +83,7 @@ impl ShortestPathTree {
         Self::within(terrain, connectivity, root, f32::INFINITY)
     }
 
-    /// The part of that tree whose paths are at most `longest` cells long. Other cells count as unreachable; their lengths
+    /// The part of that tree whose paths are at most `longest` cells long. Other cells are out of reach; their lengths
     /// and parents are meaningless.
     #[must_use]
     pub fn within(terrain: &Terrain, connectivity: Connectivity, root: Cell, longest: f32) -> Self {
@@ -158,9 +158,10 @@ impl ShortestPathTree {
         }
     }
 
-    /// The part of the tree that leads to those of its cells that are wanted, by their path lengths.
+    /// The part of the tree that leads to those of its cells that are wanted, by their path lengths. Other cells count as
+    /// unreachable.
     #[must_use]
-    pub fn only_to(self, is_wanted: impl Fn(Cell, f32) -> bool) -> Self {
+    pub fn only_to(mut self, is_wanted: impl Fn(Cell, f32) -> bool) -> Self {
         let mut is_kept = vec![false; self.length.len()];
         is_kept[self.root.index()] = true;
         for &cell in self.order.iter().rev() {
@@ -169,8 +170,14 @@ impl ShortestPathTree {
                 is_kept[self.parent(cell).index()] = true;
             }
         }
-        let order = self.order.iter().copied().filter(|cell| is_kept[cell.index()]).collect();
-        Self { order, ..self }
+        let Self { order, parent, length, .. } = &mut self;
+        order.retain(|&cell| {
+            if !is_kept[cell.index()] {
+                (parent[cell.index()], length[cell.index()]) = (cell, f32::INFINITY);
+            }
+            is_kept[cell.index()]
+        });
+        self
     }
 
     /// Whether longer paths exist that were left out.

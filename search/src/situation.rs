@@ -3,7 +3,7 @@
 use crate::belief::Belief;
 use crate::cell::Cell;
 use crate::intent::PlannedPrecision;
-use crate::route::Connectivity;
+use crate::route::{Connectivity, ShortestPathTree};
 use crate::sensor::Sensor;
 use crate::terrain::Terrain;
 
@@ -28,7 +28,13 @@ pub struct Situation<'a> {
     pub detection_threshold: f64,
     /// Path length that the robot may still drive by its budget, cells, at least 0; infinite without a budget.
     pub remaining_cells: f64,
+    /// Shortest paths from the robot's base, if it is to be there when its budget ends: it enters only cells from which
+    /// the budget leaves it the way back. Without one it may end anywhere.
+    pub ways_home: Option<&'a ShortestPathTree>,
 }
+
+/// By how much a path may be longer than the budget, cells: less than any step, more than lengths are rounded by.
+const ROUNDING_CELLS: f64 = 1e-3;
 
 impl<'a> Situation<'a> {
     /// The situation of a robot without teammates in a cell, with moves to four neighbors, the default detection
@@ -51,8 +57,64 @@ impl<'a> Situation<'a> {
             place: Place::ALONE,
             detection_threshold: DEFAULT_DETECTION_THRESHOLD,
             remaining_cells: f64::INFINITY,
+            ways_home: None,
         }
     }
+
+    /// Shortest paths to the candidates of a decision: the cells in reach, from which the robot can still return to its
+    /// base if it has one.
+    #[must_use]
+    pub fn routes(&self) -> ShortestPathTree {
+        self.routes_within(f32::INFINITY)
+    }
+
+    /// The part of [`Situation::routes`] whose paths are at most `longest` cells long.
+    ///
+    /// With a cell it holds each cell of the path to it: by the triangle inequality the way home is never longer from
+    /// a cell on a path than along the path and home from its end.
+    #[must_use]
+    pub fn routes_within(&self, longest: f32) -> ShortestPathTree {
+        self.with_way_home(ShortestPathTree::within(self.terrain, self.connectivity, self.robot, longest))
+    }
+
+    /// Those of the shortest paths from the robot's cell after which the budget leaves the way home.
+    #[must_use]
+    pub fn with_way_home(&self, routes: ShortestPathTree) -> ShortestPathTree {
+        match self.ways_home {
+            None => routes,
+            Some(_) => routes.only_to(|cell, length| self.leaves_way_home(cell, f64::from(length))),
+        }
+    }
+
+    /// Whether the budget leaves the way home from a cell that is entered after a path of this length, cells.
+    #[must_use]
+    pub fn leaves_way_home(&self, cell: Cell, length_cells: f64) -> bool {
+        let left = self.remaining_cells - length_cells;
+        self.ways_home.is_none_or(|ways_home| is_way_home_within(ways_home, cell, left))
+    }
+
+    /// Number of cells at the beginning of a path, entered from the robot's cell, from all of which the budget leaves the
+    /// way home.
+    #[must_use]
+    pub fn leading_cells_with_way_home(&self, path: &[Cell]) -> usize {
+        if self.ways_home.is_none() {
+            return path.len();
+        }
+        let grid = self.terrain.grid();
+        let (mut from, mut length_cells) = (self.robot, 0.0);
+        let leaves_way_home = |&&cell: &&Cell| {
+            length_cells += grid.offset(from, cell).euclidean();
+            from = cell;
+            self.leaves_way_home(cell, length_cells)
+        };
+        path.iter().take_while(leaves_way_home).count()
+    }
+}
+
+/// Whether the way home from a cell is no longer than this, cells.
+#[must_use]
+pub fn is_way_home_within(ways_home: &ShortestPathTree, cell: Cell, remaining_cells: f64) -> bool {
+    f64::from(ways_home.length(cell)) <= remaining_cells + ROUNDING_CELLS
 }
 
 /// The usual [`Situation::detection_threshold`].

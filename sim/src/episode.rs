@@ -35,6 +35,8 @@ pub struct Episode {
     pub expected_remaining: f64,
     /// Path length of each robot, cells.
     pub path_cells: Vec<f64>,
+    /// Whether each robot ended in the cell that it started in.
+    pub at_start: Vec<bool>,
     /// The operator's verdicts on finds.
     pub verdicts: Verdicts,
     /// Measurements during the episode.
@@ -52,6 +54,7 @@ impl Episode {
             score: world.score(),
             expected_remaining: world.expected_remaining(),
             path_cells: world.path_cells().collect(),
+            at_start: world.at_start().collect(),
             verdicts: world.verdicts().clone(),
             belief: world.into_merged(),
             outcome,

@@ -137,7 +137,7 @@ pub fn run(
     if !outcome.beliefs_equal {
         return Err(Violation::Unequal { at: outcome.ended, known: participants.checks.known() });
     }
-    participants.checks.end(outcome.ended)?;
+    participants.checks.end(outcome.ended, &episode.at_start)?;
     let is_gone = |crash: &&Crash| crash.back.is_none() && crash.at <= outcome.ended;
     let fault_counts = FaultCounts {
         gone: faults.crashes.values().filter(is_gone).count() as u64,

@@ -43,6 +43,8 @@ pub struct World {
 pub struct Body {
     /// Its cell.
     pub cell: Cell,
+    /// The cell that it started in.
+    start: Cell,
     /// Cells to enter, the next one last.
     route: Vec<Cell>,
     /// Number of its routes: an arrival of an older one is ignored.
@@ -72,6 +74,7 @@ impl World {
             .zip(scenario.robots())
             .map(|(cell, robot)| Body {
                 cell,
+                start: cell,
                 route: Vec::new(),
                 route_number: 0,
                 path_cells: 0.0,
@@ -145,6 +148,11 @@ impl World {
     /// Path length of each robot, cells.
     pub fn path_cells(&self) -> impl Iterator<Item = f64> + '_ {
         self.bodies.iter().map(|body| body.path_cells)
+    }
+
+    /// Whether each robot is in the cell that it started in.
+    pub fn at_start(&self) -> impl Iterator<Item = bool> + '_ {
+        self.bodies.iter().map(|body| body.cell == body.start)
     }
 
     /// The longest path length of a robot, cells.

@@ -176,5 +176,8 @@ fn budget(scenario: &Scenario) -> String {
     let meters = budget.meters().map(|meters| format!("{meters} m"));
     let seconds = budget.time().map(|time| format!("{} s", time.as_secs_f64()));
     let parts: Vec<String> = meters.into_iter().chain(seconds).collect();
-    format!("budget {}, {:.0} cells", parts.join(" and "), scenario.budget_cells())
+    let home = scenario.mission().return_reserve.map_or_else(String::new, |reserve| {
+        format!(", with the way back to base and {:.0} % in reserve", 100.0 * reserve)
+    });
+    format!("budget {}, {:.0} cells{home}", parts.join(" and "), scenario.budget_cells())
 }

@@ -102,6 +102,10 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
                 "demonstrations have one map and one sensor; allowed are robots of one class, on the ground";
             return Err(Failure::Input(format!("{}: {of_one}", scenario.name())));
         }
+        if scenario.mission().return_reserve.is_some() {
+            let without = "demonstrations know no base; allowed is mission.return_to_base = false";
+            return Err(Failure::Input(format!("{}: {without}", scenario.name())));
+        }
         plan.add_scenario(&scenario, seeds)?;
     }
     Ok(plan)

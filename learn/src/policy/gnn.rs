@@ -56,6 +56,7 @@ impl Policy for Gnn {
             let mut path = policy::build(policy::PolicyName::Path, ESCAPE);
             return path.decide(situation, random);
         }
+        let routes = situation.with_way_home(routes);
         let logits = self.network.logits_in(&graph, &mut self.workspace);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for (&cell, &logit) in graph.topology.cells().iter().zip(logits) {

@@ -63,7 +63,7 @@ export interface Frame {
   curve?: Point[];
 }
 
-export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting";
+export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning";
 
 export interface RobotFrame {
   robot: number;

@@ -25,6 +25,7 @@ const SIGNS: Record<RobotFrame["state"], string> = {
   spent: "■ budget spent",
   stuck: "▲ cannot move on",
   waiting: "◷ waiting for others",
+  returning: "⌂ returning to base",
 };
 
 export function showPanel(mission: Mission, goTo: (cell: number) => void): void {

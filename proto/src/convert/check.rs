@@ -184,8 +184,9 @@ impl Check {
             3 => Ok(Activity::Stuck),
             4 => Ok(Activity::Paused),
             5 => Ok(Activity::Waiting),
+            6 => Ok(Activity::Returning),
             _ => {
-                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting";
+                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting, 6 returning";
                 Err(ConvertError::Alternative { at: self.at("activity"), found, allowed })
             }
         }
@@ -221,6 +222,7 @@ pub(super) const fn activity_number(activity: Activity) -> u8 {
         Activity::Stuck => 3,
         Activity::Paused => 4,
         Activity::Waiting => 5,
+        Activity::Returning => 6,
     }
 }
 

@@ -72,7 +72,7 @@ impl Coverage {
 
 impl Policy for Coverage {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
-        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = situation.routes();
         if self.order.is_none() {
             self.order = Some(self.order(situation, &routes));
         }

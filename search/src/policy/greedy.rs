@@ -4,7 +4,6 @@
 //! own cell is not a candidate.
 
 use super::{Decision, Policy};
-use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 use crate::utility::{Tables, Utility};
@@ -22,7 +21,7 @@ impl Greedy {
 
 impl Policy for Greedy {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = situation.routes();
         let scores =
             UtilityGain::new(self.tables.of(situation), situation).observation_gains(situation, &routes);
         Decision::most_informative(&routes, scores)

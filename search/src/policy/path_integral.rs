@@ -34,7 +34,7 @@ impl Path {
 
 impl Policy for Path {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = situation.routes();
         let mut gain = UtilityGain::new(self.tables.of(situation), situation);
         best_within(situation, self.path_length_weight, &mut gain, &routes)
     }
@@ -47,9 +47,7 @@ impl Policy for Path {
         let mut gain = UtilityGain::new(self.tables.of(situation), situation);
         let most = gain.most() * ROUNDING + LEAST_NATS;
         let weight = |length| path_length_weight(self.path_length_weight, length);
-        let within = |longest| {
-            ShortestPathTree::within(situation.terrain, situation.connectivity, situation.robot, longest)
-        };
+        let within = |longest| situation.routes_within(longest);
         let near = FIRST_RADII * situation.sensor.radius().max(1) as f32;
         let routes = within(near);
         let decision = best_within(situation, self.path_length_weight, &mut gain, &routes);

@@ -7,7 +7,6 @@
 
 use super::worth::path_information;
 use super::{Decision, Policy, path_length_weight};
-use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
@@ -23,7 +22,7 @@ impl PathIntegralAdditive {
 
 impl Policy for PathIntegralAdditive {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = situation.routes();
         let mut utility = path_information(situation, &routes);
         for &cell in routes.candidates() {
             utility[cell.index()] *= path_length_weight(self.path_length_weight, routes.length(cell));

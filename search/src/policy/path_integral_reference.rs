@@ -5,7 +5,6 @@
 
 use super::{Decision, Policy, path_length_weight};
 use crate::cell::Cell;
-use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 use crate::utility::{Row, UtilityTable};
@@ -28,7 +27,7 @@ impl PathIntegralReference {
 
 impl Policy for PathIntegralReference {
     fn decide(&mut self, situation: &Situation<'_>, _: &mut Stream) -> Decision {
-        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = situation.routes();
         let mut sum = PathSum::new(situation);
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for &cell in routes.candidates() {

@@ -5,7 +5,6 @@ use rand::RngExt;
 use super::worth::without_plans;
 use super::{Decision, Policy};
 use crate::intent::PlannedPrecision;
-use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
 
@@ -13,7 +12,7 @@ pub(super) struct Random;
 
 impl Policy for Random {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
-        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = situation.routes();
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         let candidates = routes.candidates();
         if candidates.is_empty() {

@@ -67,7 +67,7 @@ impl Thompson {
 
 impl Policy for Thompson {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
-        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = situation.routes();
         let posterior = self.posterior(situation, random);
         let losses = CandidateLoss::new(situation, &posterior, self.norm);
         let loss: Vec<f64> = routes.candidates().iter().map(|&cell| losses.of(cell)).collect();

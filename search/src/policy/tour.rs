@@ -12,7 +12,8 @@
 //! of the robot's history. A robot that restarts has no tour and plans anew. With sensors wider than the default there
 //! are fewer evaluations, in proportion to the cells that they see.
 //!
-//! Where the budget ends before the tour, the tour is planned for the budget: what is observed by then counts.
+//! Where the budget ends before the tour, the tour is planned for the budget: what is observed by then counts. A robot
+//! that is to be at its base by then plans to see the most on the way out and back.
 //!
 //! The robot drives the whole path of a decision unless it decides again before, as by default it does
 //! ([`REPLAN_AFTER_CELLS`]). On a large map the tour covers the nearest cells only ([`ground`]). Where no tour is worth
@@ -137,7 +138,8 @@ impl Tour {
         // Messages hold no longer path than the map has cells; a tour may enter cells again.
         let cell_count = situation.terrain.grid().cell_count();
         let most_cells = most_cells(situation.remaining_cells).min(cell_count);
-        let path: Vec<Cell> = self.plan.cells.iter().copied().take(most_cells).collect();
+        let mut path: Vec<Cell> = self.plan.cells.iter().copied().take(most_cells).collect();
+        path.truncate(situation.leading_cells_with_way_home(&path));
         // The planner has counted what teammates plan to observe, from when they observe it.
         let is_informative = if situation.planned_precision.plans().is_empty() {
             is_path_informative(situation, &path)

@@ -171,6 +171,7 @@ fn a_coverage_team_shares_the_cells() {
                 place: Place { member, team: 3 },
                 detection_threshold: DEFAULT_DETECTION_THRESHOLD,
                 remaining_cells: f64::INFINITY,
+                ways_home: None,
             };
             robot = policy.decide(&situation, &mut stream(0, Purpose::Decision, 0)).chosen;
             visited.push(robot);
@@ -179,6 +180,65 @@ fn a_coverage_team_shares_the_cells() {
     visited.sort_unstable();
     visited.dedup();
     assert!(visited.len() >= 11, "{visited:?}");
+}
+
+/// Robots that follow every policy from decision to decision, until it rests.
+#[test]
+fn from_each_cell_of_a_path_the_budget_leaves_the_way_home() {
+    let (mut driven, mut far) = (0.0, 0.0);
+    for seed in 0..60 {
+        for name in PolicyName::ALL {
+            let mut case = Case::of_side(seed, 5..14);
+            let home = case.routes();
+            let mut policy = build(name, Parameters::default());
+            let mut random = stream(seed, Purpose::Decision, 1);
+            let budget = f64::from(u32::try_from(seed).unwrap() % 24);
+            let mut left = budget;
+            for _ in 0..30 {
+                let situation =
+                    Situation { remaining_cells: left, ways_home: Some(&home), ..case.situation() };
+                let path = policy.choose(&situation, &mut random).path;
+                for &cell in &path {
+                    left -= case.terrain.grid().offset(case.robot, cell).euclidean();
+                    case.robot = cell;
+                    let way_home = f64::from(home.length(cell));
+                    assert!(way_home <= left + 0.01, "{name} {seed}: {way_home} home, {left} left");
+                    far = f64::max(far, way_home);
+                }
+                if path.is_empty() {
+                    break;
+                }
+            }
+            driven += budget - left;
+        }
+    }
+    assert!(driven > 1000.0 && far > 8.0, "{driven} {far}");
+}
+
+/// The cells of a tour that is planned for the way back show more than those of one that turns when it has to.
+#[test]
+fn a_tour_that_comes_home_is_planned_as_a_round() {
+    let grid = Grid::new(24, 24).unwrap();
+    let terrain = Terrain::new(grid, 1.0, vec![Ground::OPEN; grid.cell_count()]).unwrap();
+    let robot = grid.cells().next().unwrap();
+    let (sensor, belief) = (Sensor::default(), Belief::uniform(&terrain, 0.01).unwrap());
+    let planned_precision = PlannedPrecision::nothing(&terrain);
+    let home = ShortestPathTree::from(&terrain, Connectivity::Four, robot);
+    let alone = Situation::alone(&terrain, &sensor, &belief, &planned_precision, robot);
+    let mut found = [0.0, 0.0];
+    for seed in 0..4 {
+        let decide = |situation: &Situation<'_>| {
+            build(PolicyName::Tour, Parameters::default())
+                .decide(situation, &mut stream(seed, Purpose::Decision, 1))
+        };
+        let round = Situation { remaining_cells: 60.0, ways_home: Some(&home), ..alone };
+        let mut turning = decide(&Situation { remaining_cells: 60.0, ..alone });
+        turning.path.truncate(round.leading_cells_with_way_home(&turning.path));
+        for (sum, decision) in found.iter_mut().zip([decide(&round), turning]) {
+            *sum += decision.expected_found(&alone).last().copied().unwrap_or(0.0);
+        }
+    }
+    assert!(found[0] > 1.2 * found[1], "{found:?}");
 }
 
 #[test]

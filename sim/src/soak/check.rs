@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_proto::command::Command;
 use dragnet_proto::message::{Activity, Message};
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::verdict::Verdicts;
@@ -13,10 +14,10 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Observation, Origin};
+use dragnet_search::observation::{Observation, Origin, RobotId};
 
 use super::Violation;
-use crate::faults::Faults;
+use crate::faults::{Crash, Faults, Memory};
 
 /// Below this probability a declaration may be withdrawn.
 const WITHDRAWN_BELOW: f64 = 0.5;
@@ -28,6 +29,10 @@ pub(super) struct Checks<'a> {
     scenario: &'a Scenario,
     /// Longest time that a robot may stay in one cell while it searches.
     patience: Duration,
+    /// How many times as long as planned the slowest robot takes.
+    slowest: f64,
+    /// Robots that have to be at their bases at the end.
+    returning: Vec<RobotId>,
     shadows: BTreeMap<Participant, Shadow>,
     /// Every observation that was ever published, by name.
     published: BTreeMap<Name, Arc<Observation>>,
@@ -60,6 +65,8 @@ impl<'a> Checks<'a> {
             patience: Duration::from_secs_f64(step * slowest)
                 + mission.stagger * team
                 + 2 * mission.heartbeat,
+            slowest,
+            returning: returning(scenario, faults),
             shadows: BTreeMap::new(),
             published: BTreeMap::new(),
             count: 0,
@@ -163,7 +170,7 @@ impl<'a> Checks<'a> {
         let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
         let (sleep, patience) = (2 * self.scenario.mission().heartbeat, self.patience);
         let shadow = self.shadow(participant, now);
-        if effects.activity != Activity::Searching {
+        if !effects.activity.is_under_way() {
             shadow.moved = now;
         }
         if effects.activity == Activity::Paused && effects.route.as_ref().is_some_and(|it| !it.is_empty()) {
@@ -237,15 +244,21 @@ impl<'a> Checks<'a> {
         self.shadows.iter().map(of).collect::<Vec<_>>().join("; ")
     }
 
-    /// Checks the state at the end of the search.
-    pub(super) fn end(&self, ended: MissionTime) -> Result<(), Violation> {
+    /// Checks the state at the end of the search: when it ended, and which robots are where they started.
+    pub(super) fn end(&self, ended: MissionTime, at_start: &[bool]) -> Result<(), Violation> {
+        if let Some(&robot) = self.returning.iter().find(|robot| !at_start[robot.index()]) {
+            let what = "it has not returned to its base".to_owned();
+            return Err(Violation::Broken { at: ended, participant: Participant::Robot(robot), what });
+        }
         let budgets = self.scenario.robots().iter().map(|robot| robot.class.budget.time());
         let Some(budget) = budgets.collect::<Option<Vec<_>>>().and_then(|budgets| budgets.into_iter().max())
         else {
             return Ok(());
         };
-        // A robot that returns late rests at once.
-        let most = MissionTime::START + budget + self.patience + Duration::from_secs(200);
+        // A robot that restarts late rests at once, or drives home first: as far as it had come, in the time that it takes.
+        let is_returning = self.scenario.mission().return_reserve.is_some();
+        let way_home = if is_returning { budget.mul_f64(self.slowest) } else { Duration::ZERO };
+        let most = MissionTime::START + budget + way_home + self.patience + Duration::from_secs(200);
         if ended > most {
             let participant = Participant::Coordinator;
             let what = format!("the mission was to end by {:.0} s", most.as_seconds());
@@ -253,6 +266,20 @@ impl<'a> Checks<'a> {
         }
         Ok(())
     }
+}
+
+/// Robots that are to return to their bases, neither break down nor forget them, and are not held by the operator.
+fn returning(scenario: &Scenario, faults: &Faults) -> Vec<RobotId> {
+    let is_held = faults.commands.iter().any(|(_, command)| matches!(command, Command::Pause));
+    if scenario.mission().return_reserve.is_none() || is_held {
+        return Vec::new();
+    }
+    let returns = |robot: &RobotId| {
+        let keeps = |crash: &Crash| matches!(crash.back, Some((_, Memory::Kept)));
+        let crash = faults.crashes.get(&Participant::Robot(*robot));
+        crash.is_none_or(|crash| keeps(crash) && !faults.full.contains_key(robot))
+    };
+    scenario.robots().iter().map(|robot| robot.id).filter(returns).collect()
 }
 
 impl Shadow {

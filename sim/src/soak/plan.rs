@@ -32,7 +32,7 @@ const BUDGET: std::ops::RangeInclusive<u64> = 300..=900;
 pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
     let mut random = stream(seed, Purpose::Soak, 0);
     let (robots, budget) = (random.random_range(ROBOTS), random.random_range(BUDGET));
-    let mut text = scenario(&mut random, robots, budget);
+    let mut text = scenario(&mut random, seed, (robots, budget));
     text.push_str(&unlike_robot(seed, robots));
     let scenario = Scenario::from_text(Path::new(&format!("soak-{seed}.toml")), text)?;
     let mut draw = Draw { random: &mut random, robots, budget: Duration::from_secs(budget) };
@@ -41,12 +41,14 @@ pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
     Ok((scenario, faults))
 }
 
-fn scenario(random: &mut Stream, robots: u16, budget: u64) -> String {
+fn scenario(random: &mut Stream, seed: u64, (robots, budget): (u16, u64)) -> String {
     let shape = Generated::ALL[random.random_range(0..Generated::ALL.len())].as_str();
     let policy = PolicyName::ALL[random.random_range(0..PolicyName::ALL.len())].as_str();
     let (rows, columns) = (random.random_range(SIDES), random.random_range(SIDES));
     let start = if random.random() { "random" } else { "scattered" };
     let heartbeat = random.random_range(2..=10_u32);
+    // In every third search everybody comes home.
+    let is_to_return = stream(seed, Purpose::Soak, 2).random_ratio(1, 3);
     let mut text = format!(
         "name = 'soak'\n\
          map = {{ shape = '{shape}', rows = {rows}, columns = {columns}, seed = {} }}\n\
@@ -55,7 +57,8 @@ fn scenario(random: &mut Stream, robots: u16, budget: u64) -> String {
          robots.count = {robots}\n\
          robots.policy = '{policy}'\n\
          robots.start = '{start}'\n\
-         mission = {{ budget_seconds = {budget}.0, heartbeat_seconds = {heartbeat}.0, liveness_timeout_seconds = {}.0 }}\n\
+         mission = {{ budget_seconds = {budget}.0, heartbeat_seconds = {heartbeat}.0, liveness_timeout_seconds = {}.0, \
+         return_to_base = {is_to_return} }}\n\
          [network]\n",
         random.random_range(0..1000_u32),
         random.random_range(1..=3_u32),
@@ -219,7 +222,7 @@ mod tests {
 
     #[test]
     fn every_seed_is_a_search_with_faults_of_its_own() {
-        let (mut crashes, mut mute, mut commands, mut unlike, mut flying) = (0, 0, 0, 0, 0);
+        let (mut crashes, mut mute, mut commands, mut unlike, mut flying, mut returning) = (0, 0, 0, 0, 0, 0);
         for seed in 0..200 {
             let (scenario, faults) = plan(seed).unwrap();
             assert!((2..=5).contains(&scenario.robots().len()));
@@ -227,10 +230,11 @@ mod tests {
             mute += faults.mute.len();
             commands += faults.commands.len();
             unlike += usize::from(scenario.only_class().is_none());
+            returning += usize::from(scenario.mission().return_reserve.is_some());
             flying += usize::from(scenario.robots().iter().any(|robot| robot.class.flies));
             assert_eq!(plan(seed).unwrap().1, faults);
         }
         assert!(crashes > 200 && mute > 50 && commands > 300, "{crashes} {mute} {commands}");
-        assert!(unlike > 80 && flying > 30, "{unlike} {flying}");
+        assert!(unlike > 80 && flying > 30 && returning > 40, "{unlike} {flying} {returning}");
     }
 }

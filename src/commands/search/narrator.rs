@@ -74,7 +74,9 @@ impl Narrator {
     fn plan(&self, route: &[Cell], activity: Option<Activity>) -> String {
         match route.last() {
             Some(&waypoint) => {
-                format!("goes to {}, {}", place(self.grid, waypoint), counted(route.len(), "cell"))
+                let goes =
+                    if activity == Some(Activity::Returning) { "returns to its base at" } else { "goes to" };
+                format!("{goes} {}, {}", place(self.grid, waypoint), counted(route.len(), "cell"))
             }
             None => activity.map_or("rests".to_owned(), |activity| {
                 format!(

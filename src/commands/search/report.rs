@@ -47,6 +47,8 @@ pub(super) struct Report {
     auc_f1: f64,
     /// Path length of each robot, by number.
     path_cells: Vec<f64>,
+    /// Robots that are back at their bases, if they are to return there.
+    robots_at_base: Option<usize>,
     mission_time_s: f64,
     /// Expected number of objects in reach beyond those found.
     expected_remaining: f64,
@@ -99,7 +101,7 @@ struct DecisionTimes {
 
 impl Report {
     pub(super) fn new(scenario: &Scenario, ended: &Ended) -> Self {
-        let Episode { truth, reach, score, path_cells, outcome, .. } = &ended.episode;
+        let Episode { truth, reach, score, path_cells, at_start, outcome, .. } = &ended.episode;
         let latencies = Latencies::new(outcome.decisions.clone());
         let (seconds, robots) = (outcome.ended.as_seconds(), scenario.robots().len());
         let is_simulated = outcome.network.sent > 0;
@@ -121,6 +123,10 @@ impl Report {
             f1: score.f1(),
             auc_f1: outcome.f1.mean_until(scenario.budget_cells()),
             path_cells: path_cells.clone(),
+            robots_at_base: scenario
+                .mission()
+                .return_reserve
+                .map(|_| at_start.iter().filter(|&&is_back| is_back).count()),
             mission_time_s: seconds,
             expected_remaining: ended.episode.expected_remaining,
             last_find_s: outcome.last_find.map(dragnet_scenario::time::MissionTime::as_seconds),
@@ -228,10 +234,12 @@ impl Report {
     fn distance(&self) -> String {
         let total: f64 = self.path_cells.iter().sum();
         let farthest = self.path_cells.iter().copied().fold(0.0, f64::max);
-        match self.robots {
+        let driven = match self.robots {
             1 => format!("{total:.0} cells driven"),
             robots => format!("{total:.0} cells driven by {robots} robots, {farthest:.0} by the farthest"),
-        }
+        };
+        self.robots_at_base
+            .map_or(driven.clone(), |back| format!("{driven}; {back} of {} back at base", self.robots))
     }
 
     fn decisions(&self) -> String {

@@ -352,6 +352,13 @@ pub struct MissionTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub budget_seconds: Option<f64>,
+    /// Whether each robot returns to its base, the cell that it starts in: its budget then covers the way back, and at the
+    /// end of its search it drives there.
+    pub return_to_base: bool,
+    /// Share of each budget that no plan uses, at least 0 and below 1: for waits, detours and slow ground on the way back.
+    /// It counts with `return_to_base` only.
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
+    pub budget_reserve: f64,
     /// Speed of a robot, meters per second, from 0.001; observations that imply a higher speed are rejected.
     #[schemars(range(min = 0.001))]
     pub speed_meters_per_second: f64,
@@ -482,6 +489,8 @@ impl Default for MissionTable {
             detection_threshold: DEFAULT_DETECTION_THRESHOLD,
             budget_meters: None,
             budget_seconds: None,
+            return_to_base: false,
+            budget_reserve: 0.1,
             speed_meters_per_second: 2.0,
             stop_when_expected_remaining: 0.05,
             heartbeat_seconds: 10.0,

@@ -20,6 +20,9 @@ pub struct Mission {
     pub detection_threshold: f64,
     /// Budgets of path length and time of each robot.
     pub budget: Budget,
+    /// Whether each robot is back at its base, the cell that it starts in, when its budget ends or its search is over;
+    /// then the share of each budget that no plan uses, at least 0 and below 1.
+    pub return_reserve: Option<f64>,
     /// Speed of a robot in simulation, above 0; observations that imply a higher speed are rejected.
     pub speed_meters_per_second: f64,
     /// The search is over when at most this number of objects are expected outside the declared cells, counting only
@@ -70,12 +73,14 @@ impl Budget {
 
 impl Mission {
     /// Path length that the budget leaves to a robot with this path length at this time from the mission's start, meters,
-    /// at least 0: in time, as far as it drives by then. Infinite without a budget.
+    /// at least 0: in time, as far as it drives by then. Infinite without a budget. A reserve is not left to it.
     #[must_use]
     pub fn remaining_meters(&self, path_meters: f64, elapsed: Duration) -> f64 {
-        let of_length = self.budget.meters.map(|budget| budget - path_meters);
+        let Budget { meters, time } =
+            self.return_reserve.map_or(self.budget, |share| self.budget.less(share));
+        let of_length = meters.map(|budget| budget - path_meters);
         let left = |budget: Duration| budget.saturating_sub(elapsed).as_secs_f64();
-        let of_time = self.budget.time.map(|budget| left(budget) * self.speed_meters_per_second);
+        let of_time = time.map(|budget| left(budget) * self.speed_meters_per_second);
         [of_length, of_time].into_iter().flatten().fold(f64::INFINITY, f64::min).max(0.0)
     }
 
@@ -111,6 +116,7 @@ impl Mission {
                 1.0,
             )?,
             budget: Budget::new(table)?,
+            return_reserve: return_reserve(table)?,
             speed_meters_per_second: Self::check_speed(
                 "mission.speed_meters_per_second",
                 table.speed_meters_per_second,
@@ -122,6 +128,11 @@ impl Mission {
             clock_tolerance: check::seconds("mission.max_clock_skew_seconds", table.max_clock_skew_seconds)?,
         })
     }
+}
+
+fn return_reserve(table: &MissionTable) -> Result<Option<f64>, Invalid> {
+    let reserve = check::chance("mission.budget_reserve", table.budget_reserve)?;
+    Ok(table.return_to_base.then_some(reserve))
 }
 
 /// Checks that a robot crosses a cell in a bounded number of periods: otherwise the simulation of a step would take too
@@ -148,6 +159,12 @@ pub(super) fn check_period(
 }
 
 impl Budget {
+    /// The same without a share of each.
+    fn less(self, share: f64) -> Self {
+        let rest = 1.0 - share;
+        Self { meters: self.meters.map(|it| it * rest), time: self.time.map(|it| it.mul_f64(rest)) }
+    }
+
     /// The same but for what a class's table gives.
     pub(super) fn with(self, key: &str, meters: Option<f64>, seconds: Option<f64>) -> Result<Self, Invalid> {
         let meters = meters.map(|it| check::positive(format!("{key}.budget_meters"), it, MAX_METERS));

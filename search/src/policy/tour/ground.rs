@@ -93,6 +93,9 @@ pub(super) struct Ground {
     is_visible: Vec<bool>,
     paths: Vec<OnceCell<Paths>>,
     radius: u32,
+    base: Option<Cell>,
+    /// Length of the way to the base, fifths of a cell, by number; empty without a base.
+    way_home: Vec<u32>,
 }
 
 /// What a sensor sees from a cell: offsets, and precision in steps of the table.
@@ -180,6 +183,8 @@ impl Ground {
             seen: Seen::by(situation.sensor),
             is_visible: vec![false; frame.len()],
             paths: (0..cells.len()).map(|_| OnceCell::new()).collect(),
+            base: situation.ways_home.map(ShortestPathTree::root),
+            way_home: way_home(situation, &cells),
             cells,
             places,
             frame,
@@ -205,6 +210,7 @@ impl Ground {
         let is_near = || situation.terrain.grid().manhattan(self.center, situation.robot) <= 4 * self.radius;
         self.radius == situation.sensor.radius()
             && self.connectivity == situation.connectivity
+            && self.base == situation.ways_home.map(ShortestPathTree::root)
             && self.number(situation.robot).is_some()
             && (self.is_whole || is_near())
             && self.terrain == *situation.terrain
@@ -395,6 +401,12 @@ impl Ground {
         self.paths(to).length[from as usize]
     }
 
+    /// Length of the way from a cell to the base, fifths of a cell; 0 for a robot without one.
+    #[inline]
+    pub(super) fn way_home(&self, from: u16) -> u32 {
+        self.way_home.get(from as usize).copied().unwrap_or(0)
+    }
+
     /// The next step on the path to another cell.
     #[inline]
     pub(super) fn step(&self, bend: u8, from: u16, to: u16) -> Step {
@@ -446,6 +458,14 @@ impl Ground {
 
 const fn move_length(taken: u8) -> u16 {
     if taken < 4 { STRAIGHT } else { DIAGONAL }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 0; casts saturate")]
+fn way_home(situation: &Situation<'_>, cells: &[Cell]) -> Vec<u32> {
+    let fifths = |length_cells: f32| (length_cells * PER_CELL as f32).ceil() as u32;
+    situation
+        .ways_home
+        .map_or_else(Vec::new, |ways_home| cells.iter().map(|&cell| fifths(ways_home.length(cell))).collect())
 }
 
 fn footprint(situation: &Situation<'_>, frame: Frame) -> Vec<FootprintRow> {

@@ -67,6 +67,7 @@ impl Instance {
             place: Place::ALONE,
             detection_threshold: DEFAULT_DETECTION_THRESHOLD,
             remaining_cells: f64::INFINITY,
+            ways_home: None,
         }
     }
 

@@ -79,7 +79,8 @@ impl Progress {
 /// the last of them has ended its plan: then `J` is what the search of the whole team costs.
 ///
 /// Where the budget ends before the tour, it ends the sum: steps after the *horizon* see nothing and cost nothing, so
-/// that the tail weighs what the budget leaves unseen.
+/// that the tail weighs what the budget leaves unseen. For a robot with a base the budget ends where it leaves no more
+/// than the way home. That is never undone later on: no step shortens the way home by more than its own length.
 pub(super) struct Planner<'a> {
     pub ground: &'a Ground,
     pub table: &'a HiddenTable,
@@ -146,7 +147,7 @@ impl<'a> Planner<'a> {
         self.has_teammates() || self.horizon != NO_HORIZON
     }
 
-    /// Length of a tour, fifths of a cell.
+    /// Length of a tour, and of the way home from its end for a robot with a base, fifths of a cell.
     pub(super) fn length(&self, tour: &[Leg]) -> u32 {
         self.ends(tour).last().unwrap_or(0)
     }
@@ -157,12 +158,12 @@ impl<'a> Planner<'a> {
         tour.len().min(ends + 1)
     }
 
-    /// When each leg ends, fifths of a cell.
+    /// When each leg ends, and the robot could be at its base if it has one, fifths of a cell.
     fn ends(&self, tour: &[Leg]) -> impl Iterator<Item = u32> {
-        tour.iter().scan((self.root.at, 0), |(at, time), leg| {
+        tour.iter().scan((self.root.at, 0_u32), |(at, time), leg| {
             *time += u32::from(self.ground.length(*at, leg.to));
             *at = leg.to;
-            Some(*time)
+            Some(time.saturating_add(self.ground.way_home(*at)))
         })
     }
 
@@ -278,7 +279,9 @@ impl<'a> Planner<'a> {
         if self.has_teammates() {
             self.observe_planned(progress);
         }
-        if progress.time > self.horizon {
+        if self.horizon != NO_HORIZON
+            && progress.time.saturating_add(self.ground.way_home(step.to)) > self.horizon
+        {
             return 0.0;
         }
         self.observe(progress);

@@ -55,7 +55,7 @@ impl TourScores {
         if base_cost >= nothing_cost {
             return None;
         }
-        let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
+        let routes = situation.routes();
         let first_cells = planner.cells(&base).0;
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         let mut best: Option<(f64, Cell, Vec<Leg>)> = None;

@@ -58,6 +58,7 @@ impl Case {
             place: self.place,
             detection_threshold: DEFAULT_DETECTION_THRESHOLD,
             remaining_cells: f64::INFINITY,
+            ways_home: None,
         }
     }
 
