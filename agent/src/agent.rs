@@ -1,7 +1,7 @@
 //! The robot's state machine: handles events and returns effects.
 
 use dragnet_learn::policy;
-use dragnet_proto::directive::{Directive, added_prior};
+use dragnet_proto::directive::{Directive, TeamOrder, added_prior};
 use dragnet_proto::knowledge::{Knowledge, SharedKnowledge};
 use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus, VerdictReport};
 use dragnet_proto::radio::max_observations_of;
@@ -29,7 +29,7 @@ use std::time::{Duration, Instant};
 
 use crate::blind_spots::BlindSpots;
 use crate::heartbeat::HeartbeatSchedule;
-use crate::home::Home;
+use crate::home::{self, Home};
 use crate::sightings::Sightings;
 use crate::team::{Team, View};
 
@@ -157,7 +157,9 @@ pub struct Agent {
     plans: u64,
     /// Its first and its last cell before a restart.
     recalled: Option<(Cell, Cell)>,
-    /// The way back to its base, if it is to return there; unknown before the first event.
+    /// Its base; unknown before the first event.
+    base: Option<Cell>,
+    /// The ways to its base, if its budget is to leave them.
     home: Option<Home>,
     /// The origin of its observations and plans.
     origin: Origin,
@@ -223,6 +225,7 @@ impl Agent {
             decisions: 0,
             plans: 0,
             recalled: None,
+            base: None,
             home: None,
             origin: Origin::first(config.id()),
             unused_incarnation: 0,
@@ -510,8 +513,9 @@ impl Agent {
         self.activity.is_rest() || self.activity == Activity::Waiting
     }
 
-    /// Applies a new directive of the operator: pauses, resumes, or adds cells to the search area.
+    /// Applies a new directive of the operator: pauses, resumes, returns, or adds cells to the search area.
     fn obey(&mut self, now: MissionTime, directive: &Directive, effects: &mut Effects<Message>) {
+        let order = self.directive.order;
         if !self.directive.merge(now, directive) {
             return;
         }
@@ -521,11 +525,10 @@ impl Agent {
             self.directive.added.iter().copied(),
             self.config.added_prior,
         );
-        let is_paused = self.activity == Activity::Paused;
-        self.home = self.home.as_ref().map(|home| home.on(&self.config.terrain, self.config.connectivity));
+        self.home = self.home.as_ref().map(|home| self.home_to(home.base()));
         // On its way home it decides again in the next cell.
         self.is_overtaken |= self.activity == Activity::Returning;
-        if is_paused != self.directive.is_paused || self.has_nothing_to_do() {
+        if self.directive.order != order || self.has_nothing_to_do() {
             self.decide(now, effects);
         }
     }
@@ -548,7 +551,11 @@ impl Agent {
         let is_running_out = match self.activity {
             Activity::Searching | Activity::Paused => self.is_spent(now),
             Activity::Waiting => self.is_spent(now) || self.is_due_home(now),
-            Activity::Returning | Activity::Cleared | Activity::Spent | Activity::Stuck => false,
+            Activity::Returning
+            | Activity::Cleared
+            | Activity::Spent
+            | Activity::Stuck
+            | Activity::Recalled => false,
         };
         // Teammates' observations may have withdrawn a find.
         let is_cleared = self.activity == Activity::Cleared;
@@ -567,11 +574,18 @@ impl Agent {
 
     /// It is in its first cell, and may have a base.
     fn settle(&mut self, cell: Cell) {
-        let AgentConfig { terrain, connectivity, robot, mission, .. } = &self.config;
-        if mission.return_reserve.is_some() {
-            let was_first_in = self.recalled.map(|(first, _)| first);
-            self.home = Some(Home::new(terrain, *connectivity, robot, was_first_in, cell));
+        let was_first_in = self.recalled.map(|(first, _)| first);
+        let base = home::base(&self.config.robot, was_first_in, cell);
+        self.base = Some(base);
+        if self.config.mission.return_reserve.is_some() {
+            let home = self.home_to(base);
+            // Where no path leads to its base, its first cell is the next best.
+            self.home = Some(if home.is_in_reach(cell) { home } else { self.home_to(cell) });
         }
+    }
+
+    fn home_to(&self, base: Cell) -> Home {
+        Home::new(&self.config.terrain, self.config.connectivity, base)
     }
 
     /// Whether the budget leaves no more than the way home.
@@ -630,8 +644,10 @@ impl Agent {
         let Some(cell) = self.cell.filter(|_| now >= self.config.first_decision()) else { return };
         let resting = if self.is_spent(now) {
             Some(Activity::Spent)
-        } else if self.directive.is_paused {
+        } else if self.directive.order == TeamOrder::Pause {
             Some(Activity::Paused)
+        } else if self.directive.order == TeamOrder::Return {
+            Some(Activity::Recalled)
         } else if self.is_cleared() {
             Some(Activity::Cleared)
         } else if self.is_due_home(now) {
@@ -643,7 +659,7 @@ impl Agent {
             Some(activity) => (activity, Vec::new()),
             None => self.choose_measured(now, cell, effects),
         };
-        let may_leave = activity.is_rest() && !self.directive.is_paused;
+        let may_leave = activity.is_rest() && self.directive.order != TeamOrder::Pause;
         let (activity, path) = if may_leave { self.go_home(cell, activity) } else { (activity, path) };
         self.waiting = Waiting { since: now, known: self.known(), until: None };
         if path.is_empty() && activity == self.activity {
@@ -661,7 +677,12 @@ impl Agent {
 
     /// What a robot does whose search is over for this reason: it rests, or returns to its base first.
     fn go_home(&self, cell: Cell, reason: Activity) -> (Activity, Vec<Cell>) {
-        match &self.home {
+        let called = self.base.filter(|_| self.directive.order == TeamOrder::Return);
+        let home = match &self.home {
+            Some(home) => Some(Cow::Borrowed(home)),
+            None => called.map(|base| Cow::Owned(self.home_to(base))),
+        };
+        match home {
             Some(home) if home.base() != cell => match home.path_from(cell) {
                 path if path.is_empty() => (Activity::Stuck, path),
                 path => (Activity::Returning, path),

@@ -6,34 +6,30 @@ use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::situation::is_way_home_within;
 use dragnet_search::terrain::Terrain;
 
+/// The base of a robot that is in this cell, and was in another first, if that is known: where its scenario lets it start,
+/// or else where it was first.
+pub(crate) fn base(robot: &Robot, was_first_in: Option<Cell>, cell: Cell) -> Cell {
+    match robot.start {
+        Start::Cell(start) => start,
+        Start::Together | Start::Scattered => was_first_in.unwrap_or(cell),
+    }
+}
+
 /// Shortest paths between a base and all other cells.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Home {
     ways: ShortestPathTree,
 }
 
 impl Home {
-    /// The base of a robot that is in this cell, and was in another first, if that is known: where its scenario lets it
-    /// start, or else where it was first. If no path leads there, it is the robot's cell.
-    pub(crate) fn new(
-        terrain: &Terrain,
-        connectivity: Connectivity,
-        robot: &Robot,
-        was_first_in: Option<Cell>,
-        cell: Cell,
-    ) -> Self {
-        let base = match robot.start {
-            Start::Cell(start) => start,
-            Start::Together | Start::Scattered => was_first_in.unwrap_or(cell),
-        };
-        let ways = ShortestPathTree::from(terrain, connectivity, base);
-        let is_in_reach = ways.length(cell).is_finite();
-        Self { ways: if is_in_reach { ways } else { ShortestPathTree::from(terrain, connectivity, cell) } }
+    /// The ways to a base.
+    pub(crate) fn new(terrain: &Terrain, connectivity: Connectivity, base: Cell) -> Self {
+        Self { ways: ShortestPathTree::from(terrain, connectivity, base) }
     }
 
-    /// The same base on a map that has changed.
-    pub(crate) fn on(&self, terrain: &Terrain, connectivity: Connectivity) -> Self {
-        Self { ways: ShortestPathTree::from(terrain, connectivity, self.base()) }
+    /// Whether a path leads there from a cell.
+    pub(crate) fn is_in_reach(&self, from: Cell) -> bool {
+        self.ways.length(from).is_finite()
     }
 
     /// The base.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::command::Mark;
-use dragnet_proto::directive::Directive;
+use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Activity, Message, MissionStatus, VerdictReport};
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::verdict::{Decision, Verdicts};
@@ -56,7 +56,7 @@ impl Field {
     }
 
     /// The coordinator publishes the operator's directive.
-    fn order(&mut self, seconds: u64, number: u64, is_paused: bool, added: &[u32]) -> Effects<Message> {
+    fn order(&mut self, seconds: u64, number: u64, order: TeamOrder, added: &[u32]) -> Effects<Message> {
         let added = added.iter().map(|&number| self.cell(number)).collect();
         self.receive(
             seconds,
@@ -68,7 +68,7 @@ impl Field {
                 observations: 0,
                 versions: Versions::default(),
                 digest: Digest(0),
-                directive: Directive { number, is_paused, added },
+                directive: Directive { number, order, added },
                 doubled: Vec::new(),
             }),
         )
@@ -93,34 +93,54 @@ fn heartbeat(effects: &Effects<Message>) -> (Directive, Activity) {
 fn a_paused_robot_stays_and_reports_it_until_resumed() {
     let mut field = Field::new("budget_seconds = 1e6");
     assert!(!field.sense(0, 0).route.unwrap().is_empty());
-    let paused = field.order(1, 5, true, &[]);
+    let paused = field.order(1, 5, TeamOrder::Pause, &[]);
     assert_eq!(paused.route, Some(Vec::new()));
     let is_told = |message: &Message| matches!(message, Message::Intent(intent) if intent.path.is_empty());
     assert!(paused.published.iter().any(|(_, message)| is_told(message)));
-    assert!(is_nothing(&field.order(2, 5, true, &[])), "what is known is no news");
-    assert!(is_nothing(&field.order(2, 4, false, &[])), "an older order comes late");
+    assert!(is_nothing(&field.order(2, 5, TeamOrder::Pause, &[])), "what is known is no news");
+    assert!(is_nothing(&field.order(2, 4, TeamOrder::Search, &[])), "an older order comes late");
     assert_eq!(field.sense(3, 1).route, None, "it looks, and does not go");
     let wake = field.robot.wake_at();
     let (directive, activity) = heartbeat(&field.robot.react(wake, Event::Woke));
-    assert_eq!((directive.number, directive.is_paused, activity), (5, true, Activity::Paused));
-    assert!(!field.order(60, 6, false, &[]).route.unwrap().is_empty());
+    assert_eq!((directive.number, directive.order, activity), (5, TeamOrder::Pause, Activity::Paused));
+    assert!(!field.order(60, 6, TeamOrder::Search, &[]).route.unwrap().is_empty());
     assert_eq!(field.robot.activity(), Activity::Searching);
 }
 
 #[test]
 fn a_robot_that_starts_into_a_pause_waits() {
     let mut field = Field::new("budget_seconds = 1e6");
-    assert_eq!(field.order(0, 5, true, &[]).route, None, "it does not know yet where it is");
+    assert_eq!(field.order(0, 5, TeamOrder::Pause, &[]).route, None, "it does not know yet where it is");
     assert_eq!(field.sense(1, 0).route, Some(Vec::new()));
     assert_eq!(field.robot.activity(), Activity::Paused);
-    assert!(!field.order(2, 6, false, &[]).route.unwrap().is_empty());
+    assert!(!field.order(2, 6, TeamOrder::Search, &[]).route.unwrap().is_empty());
+}
+
+#[test]
+fn a_robot_that_is_called_back_returns_to_where_it_started_until_it_is_told_to_search() {
+    let mut field = Field::new("budget_seconds = 1e6");
+    let path = field.sense(0, 0).route.unwrap();
+    for (step, cell) in (1..).zip(&path[..3]) {
+        field.sense(15 * step, cell.number());
+    }
+    let mut way = field.order(46, 5, TeamOrder::Return, &[]).route.unwrap();
+    assert_eq!((field.robot.activity(), way.len()), (Activity::Returning, 3));
+    assert!(is_nothing(&field.order(47, 5, TeamOrder::Return, &[])), "what is known is no news");
+    for (step, cell) in (4..).zip(way.drain(..)) {
+        field.sense(15 * step, cell.number());
+    }
+    assert_eq!(field.robot.activity(), Activity::Recalled);
+    field.order(200, 6, TeamOrder::Pause, &[]);
+    assert_eq!(field.robot.activity(), Activity::Paused);
+    assert!(!field.order(300, 7, TeamOrder::Search, &[]).route.unwrap().is_empty());
+    assert_eq!(field.robot.activity(), Activity::Searching);
 }
 
 #[test]
 fn a_pause_does_not_outlast_the_budget() {
     let mut field = Field::new("budget_seconds = 100.0");
     field.sense(0, 0);
-    field.order(1, 5, true, &[]);
+    field.order(1, 5, TeamOrder::Pause, &[]);
     while field.robot.wake_at() < Field::at(120) {
         let now = field.robot.wake_at();
         field.robot.react(now, Event::Woke);
@@ -135,7 +155,7 @@ fn cells_that_the_operator_adds_are_searched_and_end_a_rest() {
     assert_eq!(field.robot.activity(), Activity::Cleared, "little enough is expected");
     let added: Vec<u32> = vec![2, 3, 4, 5, 8, 9, 10, 11];
     assert!(field.robot.belief().probability(field.cell(3)).abs() < 1e-12);
-    let effects = field.order(1, 0, false, &added);
+    let effects = field.order(1, 0, TeamOrder::Search, &added);
     assert!(!effects.route.unwrap().is_empty(), "more is expected now");
     assert!((field.robot.belief().probability(field.cell(3)) - 0.2).abs() < 1e-9);
     assert!((field.robot.belief().probability(field.cell(0)) - 0.2).abs() < 1e-9);

@@ -17,6 +17,8 @@ pub enum Ask {
     Pause {},
     /// Resume the search.
     Resume {},
+    /// Call the robots back to their bases.
+    Return {},
     /// Mark a cell.
     Mark {
         /// Row of the cell, from the south.
@@ -124,6 +126,7 @@ impl Ask {
         match self {
             Self::Pause {} => Ok((Command::Pause, "The robots are paused.".to_owned())),
             Self::Resume {} => Ok((Command::Resume, "The search is resumed.".to_owned())),
+            Self::Return {} => Ok((Command::Return, "The robots are called back to their bases.".to_owned())),
             Self::Mark { row, column, r#as } => mark(view, Position { row, column }, r#as),
             Self::Find { row, column, r#as } => decide(view, Position { row, column }, r#as),
             Self::Search { corners } => search(view, &corners),

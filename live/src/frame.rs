@@ -4,6 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use dragnet_coordinator::finds::Find;
 use dragnet_proto::command::Mark;
+use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::verdict::Decision;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{RobotId, Source};
@@ -122,6 +123,8 @@ pub struct Frame {
     pub marks: u64,
     /// Whether the operator has paused the search.
     pub is_paused: bool,
+    /// Whether the operator has called the robots back to their bases.
+    pub is_called_back: bool,
     /// Number of cells that the operator has added.
     pub added: usize,
     /// The curves up to here, `[seconds, entropy, progress]`; only in a whole frame.
@@ -229,6 +232,7 @@ impl Frame {
         let Cells { levels, searched, changes } = cells(view, &mut shown.levels);
         let status = view.status();
         let added = status.map_or(0, |status| status.directive.added.len());
+        let order = status.map_or(TeamOrder::default(), |status| status.directive.order);
         let (observations, marks) = view.counts();
         Self {
             kind: "frame",
@@ -249,7 +253,8 @@ impl Frame {
             messages: view.messages_per_second(),
             observations,
             marks,
-            is_paused: status.is_some_and(|status| status.directive.is_paused),
+            is_paused: order == TeamOrder::Pause,
+            is_called_back: order == TeamOrder::Return,
             added,
             curve: if is_whole { view.curve().to_vec() } else { Vec::new() },
         }
@@ -351,15 +356,16 @@ fn orders(view: &View, shown: &mut Option<Vec<OrderFrame>>) -> Option<Vec<OrderF
 
 fn order_frame(Acknowledged { time, order, has }: &Acknowledged, robots: &[RobotId]) -> OrderFrame {
     let (what, cell) = match order {
-        Order::Pause { is_paused: true, .. } => ("pause", None),
-        Order::Pause { is_paused: false, .. } => ("resume", None),
+        Order::Team(_, TeamOrder::Pause) => ("pause", None),
+        Order::Team(_, TeamOrder::Search) => ("resume", None),
+        Order::Team(_, TeamOrder::Return) => ("return", None),
         Order::Area(_) => ("area", None),
         Order::Mark { mark: Mark::Searched, cell, .. } => ("searched", Some(*cell)),
         Order::Mark { mark: Mark::Clue, cell, .. } => ("clue", Some(*cell)),
         Order::Verdict(cell, verdict) => (verdict.decision.word().unwrap_or("undone"), Some(*cell)),
     };
     let cells = match order {
-        Order::Pause { .. } => 0,
+        Order::Team(..) => 0,
         Order::Area(cells) => cells.len(),
         Order::Mark { .. } | Order::Verdict(..) => 1,
     };

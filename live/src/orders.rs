@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, VecDeque};
 
 use dragnet_coordinator::mission::Record;
 use dragnet_proto::command::Mark;
-use dragnet_proto::directive::Directive;
+use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Heartbeat, VerdictReport};
 use dragnet_proto::verdict::{Verdict, Verdicts};
 use dragnet_scenario::participant::Participant;
@@ -22,13 +22,8 @@ const MOST: usize = 5;
 /// A command of the operator, as robots receive it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// The search is paused or resumed.
-    Pause {
-        /// See [`Directive::number`].
-        number: u64,
-        /// Whether the robots are paused.
-        is_paused: bool,
-    },
+    /// An order to all robots, with its number ([`Directive::number`]).
+    Team(u64, TeamOrder),
     /// Cells are added to the search area.
     Area(BTreeSet<Cell>),
     /// A cell is marked.
@@ -91,9 +86,9 @@ impl Orders {
     }
 
     fn direct(&mut self, now: MissionTime, directive: &Directive) {
-        let Directive { number, is_paused, added } = directive;
-        if (*number, *is_paused) != (self.directive.number, self.directive.is_paused) {
-            self.give(now, Order::Pause { number: *number, is_paused: *is_paused });
+        let Directive { number, order, added } = directive;
+        if directive.numbered_order() != self.directive.numbered_order() {
+            self.give(now, Order::Team(*number, *order));
         }
         let new: BTreeSet<Cell> = added.difference(&self.directive.added).copied().collect();
         if !new.is_empty() {
@@ -131,10 +126,8 @@ impl Orders {
     fn beat(&mut self, heartbeat: &Heartbeat) {
         let Heartbeat { directive, versions, .. } = heartbeat;
         self.acknowledge(heartbeat.robot, |order| match order {
-            // A later pause or resumption takes the place of this one.
-            Order::Pause { number, is_paused } => {
-                (directive.number, directive.is_paused) >= (*number, *is_paused)
-            }
+            // A later order takes the place of this one.
+            Order::Team(number, order) => directive.numbered_order() >= (*number, *order),
             Order::Area(cells) => cells.is_subset(&directive.added),
             Order::Mark { origin, sequence, .. } => {
                 versions.iter().any(|version| version.origin == *origin && version.next > *sequence)

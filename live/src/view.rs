@@ -134,6 +134,8 @@ pub enum State {
     Waiting,
     /// It drives to its base.
     Returning,
+    /// The operator has called it back, and it is at its base.
+    Recalled,
 }
 
 impl View {
@@ -374,6 +376,7 @@ impl View {
             Some(Activity::Stuck) => State::Stuck,
             Some(Activity::Waiting) => State::Waiting,
             Some(Activity::Returning) => State::Returning,
+            Some(Activity::Recalled) => State::Recalled,
         }
     }
 

@@ -106,6 +106,8 @@ fn play() -> Played {
         grid.cells().filter(|&cell| !scenario.terrain().is_searched(cell)).take(4).collect();
     let mut robots = episode::team(&scenario, 5, Agent::new);
     let commands = vec![
+        (270, Command::Resume),
+        (260, Command::Return),
         (250, Command::Resume),
         (210, Command::Judge(Decision::Undone, grid.cell_numbered(5).unwrap())),
         (200, Command::Pause),
@@ -331,11 +333,11 @@ fn every_command_is_acknowledged_by_the_robots_that_have_it() {
             answered.extend(waits.is_empty().then_some(what));
         }
     }
-    let all = ["area", "clue", "confirmed", "dismissed", "pause", "resume", "searched", "undone"];
+    let all = ["area", "clue", "confirmed", "dismissed", "pause", "resume", "return", "searched", "undone"];
     assert_eq!(answered, all.into(), "all have it in the end");
     assert_eq!(waited, all.into(), "one robot has it before the other");
     let last: Vec<&str> = orders(&view).iter().map(|order| order.what).collect();
-    assert_eq!(last, ["resume", "undone", "pause", "dismissed", "confirmed"]);
+    assert_eq!(last, ["resume", "return", "resume", "undone", "pause"]);
 }
 
 #[test]

@@ -10,8 +10,10 @@ use crate::verdict::Decision;
 pub enum Command {
     /// Every robot stops.
     Pause,
-    /// Every robot continues.
+    /// Every robot searches again.
     Resume,
+    /// Every robot returns to its base.
+    Return,
     /// Mark a cell.
     Mark(Mark, Cell),
     /// Add these cells to the search area.

@@ -2,7 +2,7 @@
 //!
 //! Every status of the coordinator and every heartbeat carries it, so that it also reaches robots without a connection
 //! to the coordinator, and a restarted coordinator receives it from the robots. Merging is commutative and idempotent:
-//! the newest pause or resumption counts, and added cells are never removed.
+//! the newest order counts, and added cells are never removed.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -16,14 +16,26 @@ use dragnet_search::terrain::Terrain;
 /// later order could follow one at the end of time.
 pub(crate) const MOST_AHEAD: Duration = Duration::from_hours(365 * 24);
 
-/// The operator's latest pause or resumption, and all added cells. The default contains neither.
+/// What the operator wants of all robots. Of two simultaneous orders the later one here wins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TeamOrder {
+    /// They search.
+    #[default]
+    Search,
+    /// They return to their bases, and rest there.
+    Return,
+    /// They stay where they are.
+    Pause,
+}
+
+/// The operator's latest order to all robots, and all added cells. The default contains neither.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Directive {
-    /// When the search was last paused or resumed: nanoseconds of mission time, or one more than the number before if
-    /// the coordinator's clock is behind; 0 if never.
+    /// When the order was given: nanoseconds of mission time, or one more than the number before if the coordinator's clock
+    /// is behind; 0 if never.
     pub number: u64,
-    /// Whether the robots are paused.
-    pub is_paused: bool,
+    /// The order.
+    pub order: TeamOrder,
     /// Cells that the operator added to the search area.
     pub added: BTreeSet<Cell>,
 }
@@ -34,25 +46,26 @@ impl Directive {
         if self == other {
             return false;
         }
-        let order = (other.number.min((now + MOST_AHEAD).0), other.is_paused);
-        let is_newer = order > self.order();
+        let numbered = (other.number.min((now + MOST_AHEAD).0), other.order);
+        let is_newer = numbered > self.numbered_order();
         if is_newer {
-            (self.number, self.is_paused) = order;
+            (self.number, self.order) = numbered;
         }
         let before = self.added.len();
         self.added.extend(&other.added);
         is_newer || self.added.len() > before
     }
 
-    /// Pauses or resumes the search, as of a time in nanoseconds.
-    pub fn order_pause(&mut self, time_ns: u64, is_paused: bool) {
+    /// Gives all robots an order, as of a time in nanoseconds.
+    pub fn give(&mut self, time_ns: u64, order: TeamOrder) {
         self.number = time_ns.max(self.number.saturating_add(1));
-        self.is_paused = is_paused;
+        self.order = order;
     }
 
-    /// Of two simultaneous orders, the pause wins.
-    const fn order(&self) -> (u64, bool) {
-        (self.number, self.is_paused)
+    /// The order with its number: the greater of two counts.
+    #[must_use]
+    pub const fn numbered_order(&self) -> (u64, TeamOrder) {
+        (self.number, self.order)
     }
 }
 
@@ -67,18 +80,19 @@ pub fn added_prior(prior: &Belief, terrain: &Terrain) -> f64 {
 mod tests {
     use dragnet_search::cell::Grid;
 
+    use super::TeamOrder::{Pause, Return, Search};
     use super::*;
 
-    fn directive(number: u64, is_paused: bool, added: impl IntoIterator<Item = u32>) -> Directive {
+    fn directive(number: u64, order: TeamOrder, added: impl IntoIterator<Item = u32>) -> Directive {
         let grid = Grid::new(1, 9).unwrap();
         let added = added.into_iter().map(|number| grid.cell_numbered(number).unwrap()).collect();
-        Directive { number, is_paused, added }
+        Directive { number, order, added }
     }
 
     #[test]
     fn any_order_of_arrival_gives_the_same_directive() {
-        let reported = [directive(5, true, 0..2), directive(5, false, 4..6), directive(3, false, 1..3)];
-        let expected = directive(5, true, [0, 1, 2, 4, 5]);
+        let reported = [directive(5, Pause, 0..2), directive(5, Return, 4..6), directive(3, Search, 1..3)];
+        let expected = directive(5, Pause, [0, 1, 2, 4, 5]);
         for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
             let mut known = Directive::default();
             for index in order {
@@ -91,27 +105,27 @@ mod tests {
 
     #[test]
     fn orders_of_a_coordinator_whose_clock_is_behind_count_all_the_same() {
-        let mut known = directive(1_000, true, []);
-        known.order_pause(7, false);
-        assert!(directive(1_000, true, []).merge(MissionTime(7), &known));
-        assert!(!known.is_paused);
+        let mut known = directive(1_000, Pause, []);
+        known.give(7, Search);
+        assert!(directive(1_000, Pause, []).merge(MissionTime(7), &known));
+        assert_eq!(known.order, Search);
     }
 
     #[test]
     fn an_order_at_the_end_of_time_can_be_followed_by_another() {
-        let last = directive(u64::MAX, true, []);
+        let last = directive(u64::MAX, Pause, []);
         let [mut coordinator, mut robot] = [Directive::default(), Directive::default()];
         assert!(coordinator.merge(MissionTime(5), &last) && robot.merge(MissionTime(3), &last));
-        assert!(coordinator.is_paused && robot.is_paused);
-        coordinator.order_pause(7, false);
+        assert_eq!([coordinator.order, robot.order], [Pause; 2]);
+        coordinator.give(7, Search);
         assert!(robot.merge(MissionTime(9), &coordinator));
-        assert!(!robot.is_paused);
+        assert_eq!(robot.order, Search);
     }
 
     #[test]
     fn at_the_end_of_time_itself_no_number_follows() {
-        let mut known = directive(u64::MAX, true, []);
-        known.order_pause(u64::MAX, false);
-        assert_eq!(known, directive(u64::MAX, false, []));
+        let mut known = directive(u64::MAX, Pause, []);
+        known.give(u64::MAX, Search);
+        assert_eq!(known, directive(u64::MAX, Search, []));
     }
 }

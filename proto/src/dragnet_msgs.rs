@@ -111,7 +111,7 @@ pub struct MissionStatus {
 pub struct Directive {
     pub version: u8,
     pub number: u64,
-    pub paused: bool,
+    pub order: u8,
     pub firsts: Vec<u32>,
     pub counts: Vec<u32>,
 }

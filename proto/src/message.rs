@@ -164,6 +164,8 @@ pub enum Activity {
     Waiting,
     /// Its search is over, or its budget leaves no more than the way home: it drives to its base.
     Returning,
+    /// The operator has called the robots back: it is at its base.
+    Recalled,
 }
 
 impl Activity {
@@ -178,6 +180,7 @@ impl Activity {
             Self::Paused => "the search is paused",
             Self::Waiting => "its teammates plan to observe all that is left",
             Self::Returning => "it returns to its base",
+            Self::Recalled => "the operator has called it back",
         }
     }
 
@@ -191,7 +194,7 @@ impl Activity {
     #[must_use]
     pub const fn is_rest(self) -> bool {
         match self {
-            Self::Cleared | Self::Spent | Self::Stuck => true,
+            Self::Cleared | Self::Spent | Self::Stuck | Self::Recalled => true,
             Self::Searching | Self::Paused | Self::Waiting | Self::Returning => false,
         }
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
-use dragnet_proto::directive::Directive;
+use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::dragnet_msgs::VERSION;
 use dragnet_proto::message::{
     Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, SyncReply,
@@ -67,6 +67,7 @@ fn activities() -> impl Strategy<Value = Activity> {
         Just(Activity::Paused),
         Just(Activity::Waiting),
         Just(Activity::Returning),
+        Just(Activity::Recalled),
     ]
 }
 
@@ -106,9 +107,9 @@ fn versions() -> impl Strategy<Value = Versions> {
 
 fn directives() -> impl Strategy<Value = Directive> {
     let added = proptest::collection::btree_set(cells(), 0..20);
-    (any::<u64>(), any::<bool>(), added).prop_map(|(number, is_paused, added)| Directive {
+    (any::<u64>(), 0..3_usize, added).prop_map(|(number, order, added)| Directive {
         number,
-        is_paused,
+        order: [TeamOrder::Search, TeamOrder::Return, TeamOrder::Pause][order],
         added,
     })
 }

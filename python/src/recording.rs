@@ -145,6 +145,7 @@ const fn activity(activity: Activity) -> &'static str {
         Activity::Paused => "paused",
         Activity::Waiting => "waiting",
         Activity::Returning => "returning",
+        Activity::Recalled => "recalled",
     }
 }
 

@@ -12,6 +12,7 @@ use dragnet_coordinator::track::Tracks;
 use dragnet_live::page::Page;
 use dragnet_live::replay;
 use dragnet_live::view::{About, View};
+use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::message::{MissionStatus, VerdictReport};
 use dragnet_proto::verdict::{Verdict, Verdicts};
 use dragnet_scenario::participant::Participant;
@@ -73,7 +74,7 @@ struct Teller {
     tracks: Tracks,
     declared: BTreeSet<Cell>,
     alive: BTreeSet<RobotId>,
-    is_paused: bool,
+    order: TeamOrder,
     verdicts: Verdicts,
     /// Cells that each robot was in; robots by number.
     paths: Vec<Vec<Cell>>,
@@ -87,7 +88,7 @@ impl Teller {
             tracks: Tracks::default(),
             declared: BTreeSet::new(),
             alive: BTreeSet::new(),
-            is_paused: false,
+            order: TeamOrder::Search,
             verdicts: Verdicts::default(),
         }
     }
@@ -136,8 +137,12 @@ impl Teller {
     fn stand(&mut self, status: &MissionStatus) -> Vec<String> {
         let grid = self.view.terrain().grid();
         let mut lines = Vec::new();
-        if std::mem::replace(&mut self.is_paused, status.directive.is_paused) != self.is_paused {
-            let what = if self.is_paused { "pauses the search" } else { "resumes the search" };
+        if std::mem::replace(&mut self.order, status.directive.order) != self.order {
+            let what = match self.order {
+                TeamOrder::Search => "resumes the search",
+                TeamOrder::Pause => "pauses the search",
+                TeamOrder::Return => "calls the robots back to their bases",
+            };
             lines.push(format!("the operator {what}"));
         }
         let alive: BTreeSet<RobotId> = status.alive.iter().copied().collect();

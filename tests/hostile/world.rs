@@ -186,7 +186,8 @@ impl World {
 
     fn command(&mut self) -> Command {
         let cell = self.any_cell();
-        match self.random.random_range(0..7) {
+        match self.random.random_range(0..8) {
+            7 => Command::Return,
             0 => Command::Pause,
             1 => Command::Resume,
             2 => Command::Search(vec![cell]),

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use dragnet_proto::command::{Command, Mark};
-use dragnet_proto::directive::Directive;
+use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Audience, Message, VerdictReport};
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_scenario::participant::Participant;
@@ -13,6 +13,13 @@ use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, Origin, Source};
 
 use super::{Mission, Outcome, Record};
+
+/// An order that holds already is not given again.
+fn give(now: MissionTime, directive: &mut Directive, order: TeamOrder) {
+    if directive.order != order {
+        directive.give(now.0, order);
+    }
+}
 
 impl Mission {
     /// The operator's directive so far.
@@ -26,10 +33,9 @@ impl Mission {
         match command {
             Command::Mark(mark, cell) => return self.mark(now, mark, cell, outcome),
             Command::Judge(decision, cell) => return self.judge(now, decision, cell, outcome),
-            Command::Pause if directive.is_paused => {}
-            Command::Pause => directive.order_pause(now.0, true),
-            Command::Resume if !directive.is_paused => {}
-            Command::Resume => directive.order_pause(now.0, false),
+            Command::Pause => give(now, &mut directive, TeamOrder::Pause),
+            Command::Resume => give(now, &mut directive, TeamOrder::Search),
+            Command::Return => give(now, &mut directive, TeamOrder::Return),
             Command::Search(cells) => {
                 let terrain = &self.config.terrain;
                 directive.added.extend(cells.into_iter().filter(|&cell| !terrain.is_searched(cell)));

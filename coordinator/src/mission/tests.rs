@@ -1,5 +1,5 @@
 use dragnet_proto::command::{Command, Mark};
-use dragnet_proto::directive::Directive;
+use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Activity, SyncReply, SyncRequest};
 use dragnet_proto::verdict::Decision;
 use dragnet_search::evidence::{Digest, Reading};
@@ -303,9 +303,10 @@ fn command(mission: &mut Mission, now: MissionTime, command: Command) -> Outcome
 fn a_pause_is_published_at_once_and_the_newest_order_counts() {
     let mut mission = mission();
     let reported = command(&mut mission, at(3), Command::Pause);
-    assert!(statuses(&reported)[0].directive.is_paused);
+    assert_eq!(statuses(&reported)[0].directive.order, TeamOrder::Pause);
     assert!(is_nothing(&command(&mut mission, at(4), Command::Pause)), "it is paused already");
-    assert!(!statuses(&command(&mut mission, at(5), Command::Resume))[0].directive.is_paused);
+    let resumed = command(&mut mission, at(5), Command::Resume);
+    assert_eq!(statuses(&resumed)[0].directive.order, TeamOrder::Search);
     assert_eq!(mission.directive().number, at(5).0);
 }
 
@@ -317,11 +318,11 @@ fn a_coordinator_that_starts_again_learns_of_a_pause_and_can_end_it() {
     let Message::Heartbeat(beat) = heartbeat(ONE, at(1), Vec::new()) else { panic!("no heartbeat") };
     let beat = Heartbeat { directive: before.directive().clone(), ..beat };
     let learned = receive(&mut again, at(1), ONE, Message::Heartbeat(beat));
-    assert!(statuses(&learned)[0].directive.is_paused, "a pause is not lifted by a restart");
+    assert_eq!(statuses(&learned)[0].directive.order, TeamOrder::Pause, "a pause is not lifted by a restart");
     // Its clock is far behind that of the one before.
     command(&mut again, at(2), Command::Resume);
     let mut robot = before.directive().clone();
-    assert!(robot.merge(at(2), again.directive()) && !robot.is_paused);
+    assert!(robot.merge(at(2), again.directive()) && robot.order == TeamOrder::Search);
 }
 
 #[test]

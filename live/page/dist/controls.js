@@ -1,6 +1,10 @@
 import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
-const BUTTONS = ["pause", "searched", "clue", "area", "corner", "close"];
+const BUTTONS = ["pause", "return", "searched", "clue", "area", "corner", "close"];
+const MISSING = {
+    close: "An area needs at least three corners",
+    return: "The robots are called back already",
+};
 export class Controls {
     map;
     redraw;
@@ -17,6 +21,7 @@ export class Controls {
         this.began = began;
         const act = {
             pause: () => this.pause(),
+            return: () => this.callBack(),
             searched: () => this.mark("searched"),
             clue: () => this.mark("clue"),
             area: () => this.draw(!this.isDrawing),
@@ -69,10 +74,11 @@ export class Controls {
         return this.lock ?? (this.isConnected ? undefined : "Not connected: what the page shows is out of date.");
     }
     show() {
-        const isPaused = this.mission?.frame?.is_paused === true;
+        const { is_paused: isPaused, is_called_back: isCalledBack } = this.mission?.frame ?? {};
         const hasCursor = this.map.cursor !== undefined;
         const needs = {
             pause: true,
+            return: isCalledBack !== true,
             searched: hasCursor,
             clue: hasCursor,
             area: true,
@@ -82,10 +88,10 @@ export class Controls {
         for (const id of BUTTONS) {
             const button = element(id, HTMLButtonElement);
             button.disabled = this.reason !== undefined || !needs[id];
-            button.title = this.reason ?? (needs[id] ? "" : id === "close" ? "An area needs at least three corners" : "Choose a cell first");
+            button.title = this.reason ?? (needs[id] ? "" : MISSING[id] ?? "Choose a cell first");
         }
         const pause = element("pause", HTMLButtonElement);
-        const text = isPaused ? "Resume all robots" : "Pause all robots";
+        const text = isPaused === true || isCalledBack === true ? "Resume all robots" : "Pause all robots";
         if (pause.textContent !== text)
             pause.textContent = text;
         element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
@@ -116,8 +122,12 @@ export class Controls {
             act[event.key]?.();
     }
     pause() {
-        const command = this.mission?.frame?.is_paused === true ? "resume" : "pause";
+        const { is_paused: isPaused, is_called_back: isCalledBack } = this.mission?.frame ?? {};
+        const command = isPaused === true || isCalledBack === true ? "resume" : "pause";
         void this.ask({ command }, command);
+    }
+    callBack() {
+        void this.ask({ command: "return" }, "return");
     }
     mark(as) {
         if (this.map.cursor === undefined || this.mission === undefined) {

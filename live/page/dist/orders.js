@@ -17,6 +17,7 @@ function named(mission, order) {
     const names = {
         pause: "Pause",
         resume: "Resume",
+        return: "Return to base",
         area: `Area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`,
         searched: `Marked searched${cell}`,
         clue: `Marked clue${cell}`,

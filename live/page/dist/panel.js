@@ -22,6 +22,8 @@ const SIGNS = {
     spent: "■ budget spent",
     stuck: "▲ cannot move on",
     waiting: "◷ waiting for others",
+    returning: "⌂ returning to base",
+    recalled: "⌂ called back to base",
 };
 export function showPanel(mission, goTo) {
     const frame = mission.frame;

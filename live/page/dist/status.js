@@ -24,6 +24,8 @@ export function showStatus(mission, freshness) {
         badge("off", "no reports");
     else if (mission.frame?.is_paused === true)
         badge("paused", "paused");
+    else if (mission.frame?.is_called_back === true)
+        badge("paused", "called back");
     else
         badge("live", "live");
 }

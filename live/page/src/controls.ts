@@ -8,7 +8,13 @@ import { element } from "./panel.js";
 /** Why the controls are disabled; undefined if they are not. */
 export type Lock = string | undefined;
 
-const BUTTONS = ["pause", "searched", "clue", "area", "corner", "close"] as const;
+const BUTTONS = ["pause", "return", "searched", "clue", "area", "corner", "close"] as const;
+
+/** What a button waits for, if it is not a cell. */
+const MISSING: Partial<Record<(typeof BUTTONS)[number], string>> = {
+  close: "An area needs at least three corners",
+  return: "The robots are called back already",
+};
 
 export class Controls {
   private mission: Mission | undefined;
@@ -27,6 +33,7 @@ export class Controls {
   ) {
     const act: Record<(typeof BUTTONS)[number], () => void> = {
       pause: () => this.pause(),
+      return: () => this.callBack(),
       searched: () => this.mark("searched"),
       clue: () => this.mark("clue"),
       area: () => this.draw(!this.isDrawing),
@@ -85,10 +92,11 @@ export class Controls {
   }
 
   private show(): void {
-    const isPaused = this.mission?.frame?.is_paused === true;
+    const { is_paused: isPaused, is_called_back: isCalledBack } = this.mission?.frame ?? {};
     const hasCursor = this.map.cursor !== undefined;
     const needs: Record<(typeof BUTTONS)[number], boolean> = {
       pause: true,
+      return: isCalledBack !== true,
       searched: hasCursor,
       clue: hasCursor,
       area: true,
@@ -98,10 +106,10 @@ export class Controls {
     for (const id of BUTTONS) {
       const button = element(id, HTMLButtonElement);
       button.disabled = this.reason !== undefined || !needs[id];
-      button.title = this.reason ?? (needs[id] ? "" : id === "close" ? "An area needs at least three corners" : "Choose a cell first");
+      button.title = this.reason ?? (needs[id] ? "" : MISSING[id] ?? "Choose a cell first");
     }
     const pause = element("pause", HTMLButtonElement);
-    const text = isPaused ? "Resume all robots" : "Pause all robots";
+    const text = isPaused === true || isCalledBack === true ? "Resume all robots" : "Pause all robots";
     if (pause.textContent !== text) pause.textContent = text;
     element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
     element("corner", HTMLButtonElement).hidden = !this.isDrawing;
@@ -131,8 +139,13 @@ export class Controls {
   }
 
   private pause(): void {
-    const command = this.mission?.frame?.is_paused === true ? "resume" : "pause";
+    const { is_paused: isPaused, is_called_back: isCalledBack } = this.mission?.frame ?? {};
+    const command = isPaused === true || isCalledBack === true ? "resume" : "pause";
     void this.ask({ command }, command);
+  }
+
+  private callBack(): void {
+    void this.ask({ command: "return" }, "return");
   }
 
   private mark(as: "searched" | "clue"): void {

@@ -59,11 +59,12 @@ export interface Frame {
   observations: number;
   marks: number;
   is_paused: boolean;
+  is_called_back: boolean;
   added: number;
   curve?: Point[];
 }
 
-export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning";
+export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning" | "recalled";
 
 export interface RobotFrame {
   robot: number;
@@ -95,7 +96,7 @@ export interface Dismissed {
 /** A command of the operator, the robots that have it, and those of which that is not known. */
 export interface OrderFrame {
   time: number;
-  what: "pause" | "resume" | "area" | "searched" | "clue" | "confirmed" | "dismissed" | "undone";
+  what: "pause" | "resume" | "return" | "area" | "searched" | "clue" | "confirmed" | "dismissed" | "undone";
   cell: number | null;
   cells: number;
   has: number[];

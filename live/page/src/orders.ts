@@ -20,6 +20,7 @@ function named(mission: Mission, order: OrderFrame): string {
   const names: Record<OrderFrame["what"], string> = {
     pause: "Pause",
     resume: "Resume",
+    return: "Return to base",
     area: `Area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`,
     searched: `Marked searched${cell}`,
     clue: `Marked clue${cell}`,

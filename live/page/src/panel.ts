@@ -26,6 +26,7 @@ const SIGNS: Record<RobotFrame["state"], string> = {
   stuck: "▲ cannot move on",
   waiting: "◷ waiting for others",
   returning: "⌂ returning to base",
+  recalled: "⌂ called back to base",
 };
 
 export function showPanel(mission: Mission, goTo: (cell: number) => void): void {

@@ -22,6 +22,7 @@ export function showStatus(mission: Mission | undefined, freshness: Freshness): 
   else if (mission.isOver) badge("over", "mission over");
   else if (freshness.kind === "quiet") badge("off", "no reports");
   else if (mission.frame?.is_paused === true) badge("paused", "paused");
+  else if (mission.frame?.is_called_back === true) badge("paused", "called back");
   else badge("live", "live");
 }
 

@@ -185,8 +185,10 @@ impl Check {
             4 => Ok(Activity::Paused),
             5 => Ok(Activity::Waiting),
             6 => Ok(Activity::Returning),
+            7 => Ok(Activity::Recalled),
             _ => {
-                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting, 6 returning";
+                let allowed =
+                    "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting, 6 returning, 7 recalled";
                 Err(ConvertError::Alternative { at: self.at("activity"), found, allowed })
             }
         }
@@ -223,6 +225,7 @@ pub(super) const fn activity_number(activity: Activity) -> u8 {
         Activity::Paused => 4,
         Activity::Waiting => 5,
         Activity::Returning => 6,
+        Activity::Recalled => 7,
     }
 }
 

@@ -7,12 +7,12 @@ use dragnet_search::cell::Cell;
 use super::check::Check;
 use super::error::ConvertError;
 use super::field::Place;
-use crate::directive::Directive;
+use crate::directive::{Directive, TeamOrder};
 use crate::dragnet_msgs as wire;
 
 impl From<&Directive> for wire::Directive {
     fn from(directive: &Directive) -> Self {
-        let Directive { number, is_paused, added } = directive;
+        let Directive { number, order, added } = directive;
         let (mut firsts, mut counts) = (Vec::new(), Vec::<u32>::new());
         let mut after = None;
         for cell in added.iter().map(|cell| cell.number()) {
@@ -25,7 +25,15 @@ impl From<&Directive> for wire::Directive {
             }
             after = Some(cell + 1);
         }
-        Self { version: wire::VERSION, number: *number, paused: *is_paused, firsts, counts }
+        Self { version: wire::VERSION, number: *number, order: code(*order), firsts, counts }
+    }
+}
+
+const fn code(order: TeamOrder) -> u8 {
+    match order {
+        TeamOrder::Search => 0,
+        TeamOrder::Pause => 1,
+        TeamOrder::Return => 2,
     }
 }
 
@@ -40,7 +48,17 @@ impl Check {
         for (index, (&first, &count)) in wire.firsts.iter().zip(&wire.counts).enumerate() {
             next = check.run(index, next..first, count, &mut added)?;
         }
-        Ok(Directive { number: wire.number, is_paused: wire.paused, added })
+        Ok(Directive { number: wire.number, order: check.order(wire.order)?, added })
+    }
+
+    fn order(self, found: u8) -> Result<TeamOrder, ConvertError> {
+        [TeamOrder::Search, TeamOrder::Pause, TeamOrder::Return]
+            .into_iter()
+            .find(|&order| code(order) == found)
+            .ok_or_else(|| {
+                let allowed = "0 search, 1 pause, 2 return";
+                ConvertError::Alternative { at: self.at("order"), found, allowed }
+            })
     }
 
     /// Adds one run of cells; returns the earliest start of the next one. `gap` counts from the earliest start of this

@@ -279,16 +279,16 @@ impl Packed for wire::MissionStatus {
 impl Packed for wire::Directive {
     fn write(&self, to: &mut Writer, _: Map<'_>) {
         to.number(self.number);
-        to.byte(self.paused.into());
+        to.byte(self.order);
         readings::write_cells(to, &self.firsts);
         self.counts.iter().for_each(|&count| to.number(count));
     }
 
     fn read(from: &mut Reader<'_>, grid: Grid) -> Result<Self, PackedError> {
-        let (number, paused) = (from.number()?, from.byte()? != 0);
+        let (number, order) = (from.number()?, from.byte()?);
         let firsts = readings::read_cells(from, grid.cell_count())?;
         let counts = firsts.iter().map(|_| from.number()).collect::<Result<_, _>>()?;
-        Ok(Self { version: wire::VERSION, number, paused, firsts, counts })
+        Ok(Self { version: wire::VERSION, number, order, firsts, counts })
     }
 }
 

@@ -3,7 +3,7 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version};
 
 use super::*;
-use crate::directive::Directive;
+use crate::directive::{Directive, TeamOrder};
 use crate::mentions::assert_mentions;
 use crate::message::{Activity, Heartbeat, Intent, SyncReply};
 
@@ -46,7 +46,11 @@ fn heartbeat() -> Heartbeat {
         intent: intent(7),
         versions: vec![Version { origin: Origin::first(RobotId::new(7).unwrap()), next: 4 }].into(),
         digest: Digest(0x0123_4567_89ab_cdef_0011_2233_4455_6677),
-        directive: Directive { number: 5, is_paused: true, added: [0, 1, 4].into_iter().map(cell).collect() },
+        directive: Directive {
+            number: 5,
+            order: TeamOrder::Return,
+            added: [0, 1, 4].into_iter().map(cell).collect(),
+        },
     }
 }
 

@@ -38,6 +38,7 @@ pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
     let mut draw = Draw { random: &mut random, robots, budget: Duration::from_secs(budget) };
     let mut faults = draw.faults();
     faults.commands = draw.commands(scenario.terrain().grid());
+    faults.commands.extend(call_back(seed, budget));
     Ok((scenario, faults))
 }
 
@@ -104,6 +105,19 @@ fn unlike_robot(seed: u64, robots: u16) -> String {
         random.random_range(1..=4_u32),
         random.random_range(0.002..0.1),
     )
+}
+
+/// In every fourth search the operator calls the robots back, and lets half of them search again.
+fn call_back(seed: u64, budget: u64) -> Vec<(MissionTime, Command)> {
+    let mut random = stream(seed, Purpose::Soak, 3);
+    if !random.random_ratio(1, 4) {
+        return Vec::new();
+    }
+    let (back, on) = interval(&mut random, budget);
+    let at = |seconds| MissionTime::START + Duration::from_secs_f64(seconds);
+    let mut commands = vec![(at(back), Command::Return)];
+    commands.extend(random.random::<bool>().then(|| (at(on), Command::Resume)));
+    commands
 }
 
 /// An interval of a mission, seconds.

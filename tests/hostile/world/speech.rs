@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use dragnet_proto::command::Mark;
 use dragnet_proto::convert;
-use dragnet_proto::directive::Directive;
+use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{
     Activity, Heartbeat, Intent, Message, MessageKind, SyncReply, SyncRequest, VerdictReport,
 };
@@ -116,7 +116,8 @@ impl World {
     fn directive(&mut self) -> Directive {
         let mut directive = self.node.mission().directive().clone();
         if self.random.random_ratio(1, 20) {
-            directive.order_pause(self.now.0, self.random.random());
+            let orders = [TeamOrder::Search, TeamOrder::Return, TeamOrder::Pause];
+            directive.give(self.now.0, *orders.choose(&mut self.random).unwrap());
             directive.added.insert(self.any_cell());
         }
         directive
