@@ -131,11 +131,22 @@ fn summary(account: &Account) -> String {
         counted(account.found.len(), "object"),
         counted(account.tracks.len(), "track"),
     );
-    let mut table = Table::new(["area", "POA", "POD", "POS", "cells"]);
+    let is_one = account.subject.is_some();
+    let mut table = if is_one {
+        Table::new(["area", "POA", "POD", "POS", "now", "cells"])
+    } else {
+        Table::new(["area", "POA", "POD", "POS", "cells"])
+    };
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let mut push = |name: &str, it: &Coverage| {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let [poa, pod, pos] = [it.poa, it.pod, it.pos()].map(percent);
-        table.push([name.escape_debug().to_string(), poa, pod, pos, it.cells.to_string()]);
+        let (name, cells) = (name.escape_debug().to_string(), it.cells.to_string());
+        if is_one {
+            let now = it.now.map_or_else(|| "-".to_owned(), percent);
+            table.push([name, poa, pod, pos, now, cells]);
+        } else {
+            table.push([name, poa, pod, pos, cells]);
+        }
     };
     for (area, coverage) in &account.areas {
         if let Some(coverage) = coverage {
@@ -143,7 +154,13 @@ fn summary(account: &Account) -> String {
         }
     }
     push("in all", &account.total);
-    head + &table.draw(1)
+    let subject = account.subject.map_or_else(String::new, |it| {
+        let [success, remaining, outside] = [it.success, it.remaining, it.rest_of_world].map(percent);
+        format!(
+            "the subject: found with {success} (POS), else in the area with {remaining}, outside of it with {outside}\n"
+        )
+    });
+    head + &table.draw(1) + &subject
 }
 
 #[cfg(test)]

@@ -30,6 +30,7 @@ fn mission() -> Mission {
         limits: limits(),
         prior: Belief::uniform(&terrain, 0.1).unwrap(),
         terrain,
+        one_subject: None,
         detection_threshold: 0.95,
         robots: vec![ONE, TWO],
         heartbeat: SECOND,

@@ -174,6 +174,12 @@ pub struct PriorTable {
     /// `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson`, `.kml` or `.kmz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+    /// Exactly one object is sought, and this is the probability that it is outside of the searched cells, the rest of the
+    /// world (ROW), 0 to below 1. The probabilities of all cells are scaled so that they and it add up to 1. Needs
+    /// `objects.count = 1`, or at most one of `objects.cells`; excludes `probability`. Without it cells are independent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
+    pub rest_of_world: Option<f64>,
 }
 
 /// The objects (simulation only, except for the prior): exactly one of these keys.

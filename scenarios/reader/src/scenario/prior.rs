@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use dragnet_search::belief::Belief;
+use dragnet_search::one_subject::OneSubject;
 use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
@@ -20,11 +21,28 @@ pub(super) struct Prior {
     pub claims: Option<Claims>,
     /// Those of `prior.file`.
     pub areas: Areas,
+    /// That exactly one object is sought, if so: the belief and its rest of the world then add up to 1.
+    pub one_subject: Option<OneSubject>,
 }
 
 impl Prior {
     /// The prior of a map that was read from `map_file`, if from any.
     pub(super) fn new(
+        table: &PriorTable,
+        folder: &Path,
+        map_file: Option<&str>,
+        map: &MapFile,
+        objects: &Objects,
+    ) -> Result<Self, Fault> {
+        let prior = Self::of_cells(table, folder, map_file, map, objects)?;
+        match table.rest_of_world {
+            Some(rest_of_world) => Ok(prior.of_one(rest_of_world, table, &map.terrain, objects)?),
+            None => Ok(prior),
+        }
+    }
+
+    /// The prior of independent cells.
+    fn of_cells(
         table: &PriorTable,
         folder: &Path,
         map_file: Option<&str>,
@@ -53,6 +71,36 @@ impl Prior {
         }
     }
 
+    /// The prior of one object: each cell keeps its share of what is inside.
+    fn of_one(
+        self,
+        rest_of_world: f64,
+        table: &PriorTable,
+        terrain: &Terrain,
+        objects: &Objects,
+    ) -> Result<Self, Invalid> {
+        let key = "prior.rest_of_world";
+        let allowed = "at least 0 and below 1";
+        let one_subject =
+            OneSubject::new(rest_of_world).ok_or_else(|| Invalid::new(key, rest_of_world, allowed))?;
+        if !objects.is_at_most_one() {
+            let allowed = "exactly one object: objects.count = 1, or objects.cells with at most one cell";
+            return Err(Invalid::new(key, format!("given for {objects}"), allowed));
+        }
+        if table.probability.is_some() {
+            let allowed = "one of the two: with rest_of_world the probabilities of all cells follow";
+            return Err(Invalid::new("prior", "probability and rest_of_world", allowed));
+        }
+        let mut probability = self.belief.probabilities();
+        let inside: f64 = probability.iter().sum();
+        probability.iter_mut().for_each(|it| *it *= (1.0 - rest_of_world) / inside);
+        Ok(Self {
+            belief: of_probabilities(key, &probability, terrain)?,
+            one_subject: Some(one_subject),
+            ..self
+        })
+    }
+
     /// Checks that nothing is found before the first observation.
     pub(super) fn check_undecided(&self, terrain: &Terrain, detection_threshold: f64) -> Result<(), Invalid> {
         let Some(cell) =
@@ -75,13 +123,13 @@ impl Prior {
         terrain: &Terrain,
     ) -> Result<Self, Fault> {
         let belief = of_probabilities(key, &prior.probability, terrain)?;
-        Ok(Self { belief, claims: Some(prior.claims), areas })
+        Ok(Self { belief, claims: Some(prior.claims), areas, one_subject: None })
     }
 }
 
 impl From<Belief> for Prior {
     fn from(belief: Belief) -> Self {
-        Self { belief, claims: None, areas: Areas::default() }
+        Self { belief, claims: None, areas: Areas::default(), one_subject: None }
     }
 }
 
@@ -204,5 +252,51 @@ budget_meters = 300
         check("file = 'a.geojson'", "probability = 0.1\nfile = 'a.geojson'", "prior .. probability and file");
         let error = load(DRAWN, r#"{"type":"FeatureCollection","features":[]}"#).unwrap_err();
         assert_mentions(&error, "prior.file .. without a region .. at least one area");
+    }
+
+    const ONE: &str = "name = 'one'
+[map]
+file = 'a.txt'
+cell_meters = 100
+[prior]
+rest_of_world = 0.25
+[sensor]
+radius = 1
+[objects]
+count = 1
+[mission]
+budget_meters = 300
+";
+
+    #[test]
+    fn one_subject_is_in_some_cell_or_in_the_rest_of_the_world() {
+        let scenario = load(ONE, REGIONS).unwrap();
+        let probability = |scenario: &Scenario| scenario.prior().probabilities();
+        assert!(probability(&scenario).iter().all(|it| (it - 0.75 / 8.0).abs() < 1e-12));
+        assert!((scenario.one_subject().unwrap().rest_of_world() - 0.25).abs() < 1e-12);
+        let one_of_regions =
+            DRAWN.replace("[prior]", "[prior]\nrest_of_world = 0.2").replace("count = 2", "count = 1");
+        let given = probability(&load(&one_of_regions, REGIONS).unwrap());
+        for (given, expected) in given.iter().zip([0.15, 0.15, 0.05, 0.05].repeat(2)) {
+            assert!((given - expected).abs() < 1e-6, "{given} {expected}");
+        }
+        assert!(load(DRAWN, REGIONS).unwrap().one_subject().is_none());
+    }
+
+    #[test]
+    fn a_rest_of_the_world_needs_one_object_and_leaves_some_probability() {
+        let check = |from: &str, to: &str, message: &str| {
+            assert_mentions(&load(&ONE.replace(from, to), REGIONS).unwrap_err(), message);
+        };
+        check("0.25", "1", "a.toml .. line 6 .. prior.rest_of_world is 1; allowed is at least 0 and below 1");
+        check("0.25", "-0.1", "prior.rest_of_world is -0.1");
+        check("0.25", "nan", "prior.rest_of_world is NaN");
+        check("count = 1", "count = 2", "prior.rest_of_world is given for 2 objects .. objects.count = 1");
+        check("count = 1", "density = 0.1", "prior.rest_of_world is given for an object in 10 %");
+        check(
+            "rest_of",
+            "probability = 0.1\nrest_of",
+            "prior is probability and rest_of_world .. one of the two",
+        );
     }
 }
