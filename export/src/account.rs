@@ -175,7 +175,7 @@ impl Account {
     }
 }
 
-fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Earth, ExportError> {
+pub(crate) fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Earth, ExportError> {
     match (&playback.earth, origin) {
         (Some(earth), None) => Ok(earth.clone()),
         (None, Some(origin)) => Ok(Earth {

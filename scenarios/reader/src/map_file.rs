@@ -10,6 +10,7 @@
 //! Reading a file returns a map, or a [`MapFileError`] that states the allowed values.
 
 pub mod areas;
+mod belief_file;
 mod earth;
 mod error;
 mod georeference;
@@ -30,6 +31,7 @@ use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 
 pub use areas::{Area, Areas, Purpose};
+pub use belief_file::BeliefFile;
 pub use earth::Earth;
 pub use error::MapFileError;
 pub use georeference::{GeoPoint, Georeference};

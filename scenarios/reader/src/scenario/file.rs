@@ -171,7 +171,8 @@ pub struct PriorTable {
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub probability: Option<f64>,
     /// Probabilities of all cells, relative to the scenario, the northern edge first: numbers in `.csv` or `.txt`, or a
-    /// `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson`, `.kml` or `.kmz`.
+    /// `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson`, `.kml` or `.kmz`. Or what an
+    /// earlier search believed in the end, `.belief.json` of `dragnet export`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Exactly one object is sought, and this is the probability that it is outside of the searched cells, the rest of the
