@@ -73,7 +73,7 @@ pub struct MapTable {
     #[schemars(range(min = 0, max = 4_294_967_295_u32))]
     pub seed: Option<i64>,
     /// A map file, relative to the scenario: `.txt` drawing, `.yaml` ROS map, `.map` of `MovingAI`,
-    /// `.geojson`, `.kml` or `.kmz` areas. Excludes `shape`.
+    /// `.geojson`, `.kml`, `.kmz`, `.gpx` or `.plan` areas. Excludes `shape`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Position of the map's south-western corner on the earth, for a map whose file has none.
