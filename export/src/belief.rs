@@ -4,6 +4,7 @@ use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::playback::Playback;
 use dragnet_scenario::map_file::{BeliefFile, GeoPoint};
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::one_subject::SubjectPosterior;
 
 use crate::ExportError;
 use crate::account::earth;
@@ -35,7 +36,7 @@ pub fn belief_file(
         Some(subject) => subject.probability(cell),
         None => fold.belief().probability(cell),
     };
-    let rest_of_world = subject.as_ref().map(|subject| subject.rest_of_world());
+    let rest_of_world = subject.as_ref().map(SubjectPosterior::rest_of_world);
     let terrain = fold.terrain();
     Ok(BeliefFile::new(mission, terrain, frame.as_ref(), playback.origin, probability, rest_of_world))
 }

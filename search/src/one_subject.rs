@@ -3,7 +3,7 @@
 //! A [`Belief`] takes cells for independent: each has a probability of its own, and evidence about one says nothing about
 //! another. If exactly one object is sought, evidence about a cell moves all others: where the subject is not, it is less
 //! likely to be, and elsewhere, also outside of the searched area, more likely. The evidence is the same sum in both cases
-//! ([`crate::evidence`]), so this is a view on a belief, computed when somebody asks.
+//! ([`crate::evidence`]), so this is a view on a belief, computed on demand.
 //!
 //! # Derivation
 //!

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! So what was in a cell that is split is shared out by area, what was in cells that are merged adds up, and a cell, or a part of
-//! one, that nobody searched before has the scenario's own prior. Old cells that were not searched count as absent.
+//! one, that was not searched before has the scenario's own prior. Old cells that were not searched count as absent.
 
 use std::path::Path;
 
@@ -280,7 +280,9 @@ impl BeliefFile {
                 }
             }
         }
-        moved.covered.iter_mut().for_each(|covered| *covered = covered.min(1.0));
+        for covered in &mut moved.covered {
+            *covered = covered.min(1.0);
+        }
         moved
     }
 }

@@ -105,7 +105,9 @@ impl Prior {
         }
         let mut probability = self.belief.probabilities();
         let inside: f64 = probability.iter().sum();
-        probability.iter_mut().for_each(|it| *it *= (1.0 - rest_of_world) / inside);
+        for it in &mut probability {
+            *it *= (1.0 - rest_of_world) / inside;
+        }
         Ok(Self {
             belief: of_probabilities(key, &probability, terrain)?,
             one_subject: Some(one_subject),
@@ -131,10 +133,8 @@ impl Prior {
             let outside = elsewhere + one.rest_of_world();
             if earlier.rest_of_world.is_none() {
                 // It counts expected objects, of which one is sought now.
-                (here, there) = {
-                    let factor = (1.0 - one.rest_of_world()) / (found + elsewhere);
-                    (factor, factor)
-                };
+                let factor = (1.0 - one.rest_of_world()) / (found + elsewhere);
+                (here, there) = (factor, factor);
             } else if outside > 0.0 {
                 there = (1.0 - found).max(0.0) / outside;
                 one_subject = OneSubject::new(one.rest_of_world() * there);
