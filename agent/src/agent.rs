@@ -16,6 +16,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId, Source};
+use dragnet_search::one_subject::OneSubject;
 use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::route::Connectivity;
 use dragnet_search::seed::{Purpose, Stream, stream};
@@ -46,6 +47,8 @@ pub struct AgentConfig {
     pub connectivity: Connectivity,
     /// What it knows at first: the prior.
     pub knowledge: Knowledge,
+    /// That exactly one object is sought, if so.
+    pub one_subject: Option<OneSubject>,
     /// Prior probability in cells that the operator adds.
     pub added_prior: f64,
     /// Limits by which observations are validated.
@@ -80,6 +83,7 @@ impl AgentConfig {
                 terrain: Arc::clone(above.as_ref().filter(|_| robot.class.flies).unwrap_or(&terrain)),
                 connectivity: scenario.connectivity(),
                 knowledge: knowledge.clone(),
+                one_subject: scenario.one_subject(),
                 added_prior,
                 limits: limits.clone(),
                 mission: scenario.mission().of(&robot.class),
@@ -620,7 +624,13 @@ impl Agent {
                 &self.blind_spots,
                 self.config.sensor(),
             );
-            belief.expects_at_most(terrain, reach, mission.detection_threshold, threshold)
+            let tau = mission.detection_threshold;
+            match self.config.one_subject.map(|one| one.posterior(&belief)) {
+                Some(it) => {
+                    it.expected_remaining(terrain, reach, |cell| belief.is_found(cell, tau)) <= threshold
+                }
+                None => belief.expects_at_most(terrain, reach, tau, threshold),
+            }
         })
     }
 

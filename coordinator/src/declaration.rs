@@ -2,6 +2,10 @@
 //!
 //! An object is declared when its probability reaches `detection_threshold`. It stays declared while the evidence
 //! fluctuates, and is withdrawn only when its probability falls below one half.
+//!
+//! This probability is that of the cell by its own readings, also in a search for one subject
+//! ([`dragnet_search::one_subject`]): a cell is declared because something was seen there, never because the subject is
+//! nowhere else. If two cells are declared, their posterior says which of them it is.
 
 use std::collections::BTreeMap;
 
@@ -59,11 +63,11 @@ impl Declarations {
         self.declared.contains_key(&cell)
     }
 
-    /// All declared objects, by cell, with their current probability.
-    pub fn detections<'a>(&'a self, belief: &'a Belief) -> impl Iterator<Item = Detection> + 'a {
-        self.declared.iter().map(|(&cell, time)| Detection {
+    /// All declared objects, by cell, with the probability of each.
+    pub fn detections(&self, probability: impl Fn(Cell) -> f64) -> impl Iterator<Item = Detection> {
+        self.declared.iter().map(move |(&cell, time)| Detection {
             cell,
-            probability: belief.probability(cell),
+            probability: probability(cell),
             time_ns: time.0,
         })
     }
@@ -116,7 +120,7 @@ mod tests {
         }
 
         fn declared(&self) -> Vec<(f64, u64)> {
-            let detections = self.declarations.detections(&self.belief);
+            let detections = self.declarations.detections(|cell| self.belief.probability(cell));
             detections.map(|found| (found.probability, found.time_ns)).collect()
         }
     }

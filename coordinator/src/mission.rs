@@ -22,6 +22,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, Origin, RobotId, Source};
+use dragnet_search::one_subject::{OneSubject, Standing, SubjectPosterior};
 use dragnet_search::terrain::Terrain;
 
 use crate::declaration::Declarations;
@@ -36,6 +37,8 @@ pub struct CoordinatorConfig {
     pub terrain: Arc<Terrain>,
     /// The belief before any reading.
     pub prior: Belief,
+    /// That exactly one object is sought, if so.
+    pub one_subject: Option<OneSubject>,
     /// Probability from which an object is declared, above 0.
     pub detection_threshold: f64,
     /// Limits by which observations are validated.
@@ -63,6 +66,7 @@ impl CoordinatorConfig {
             limits: Limits::of(scenario),
             terrain: Arc::new(scenario.terrain().clone()),
             prior: scenario.prior().clone(),
+            one_subject: scenario.one_subject(),
             detection_threshold: mission.detection_threshold,
             robots,
             heartbeat: mission.heartbeat,
@@ -110,7 +114,7 @@ pub enum Record {
     Status(MissionStatus),
     /// The operator's verdicts: the coordinator's when they change, and those of a robot when they are received.
     Verdicts(VerdictReport),
-    /// The belief, recorded periodically and at the end.
+    /// The belief as it is shown, recorded periodically and at the end.
     Belief(Arc<Belief>),
 }
 
@@ -219,9 +223,34 @@ impl Mission {
         &self.replica
     }
 
+    /// Where the one subject is, if exactly one is sought.
+    #[must_use]
+    pub fn subject(&self) -> Option<SubjectPosterior> {
+        self.config.one_subject.map(|one| one.posterior(self.belief()))
+    }
+
+    /// The posterior of the one subject by which cells are declared, if exactly one is sought.
+    #[must_use]
+    pub fn standing(&self) -> Option<Standing> {
+        Some(self.subject()?.standing(&self.config.terrain, |cell| self.declarations.contains(cell)))
+    }
+
+    /// The belief as it is shown: that of one subject is its posterior.
+    pub(crate) fn shown_belief(&self) -> Belief {
+        let posterior = self.subject().and_then(|subject| subject.shown(&self.config.terrain));
+        posterior.unwrap_or_else(|| self.belief().clone())
+    }
+
     /// Currently declared objects, by cell.
     pub fn declared(&self) -> impl Iterator<Item = Detection> + '_ {
-        self.declarations.detections(self.belief())
+        self.declared_by(self.subject())
+    }
+
+    fn declared_by(&self, subject: Option<SubjectPosterior>) -> impl Iterator<Item = Detection> + '_ {
+        self.declarations.detections(move |cell| match &subject {
+            Some(subject) => subject.probability(cell),
+            None => self.belief().probability(cell),
+        })
     }
 
     /// Declared and dismissed objects.
@@ -248,14 +277,18 @@ impl Mission {
     /// The mission's status.
     #[must_use]
     pub fn status(&self, now: MissionTime) -> MissionStatus {
+        let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
+        let subject = self.subject();
+        let expected_remaining = match &subject {
+            Some(subject) => {
+                subject.expected_remaining(terrain, reach, |cell| self.declarations.contains(cell))
+            }
+            None => self.declarations.expected_remaining(terrain, reach, self.belief()),
+        };
         MissionStatus {
             time_ns: now.0,
-            declared: self.declared().collect(),
-            expected_remaining: self.declarations.expected_remaining(
-                &self.config.terrain,
-                self.replica.knowledge().reach(),
-                self.belief(),
-            ),
+            declared: self.declared_by(subject).collect(),
+            expected_remaining,
             alive: self.alive().collect(),
             observations: self.replica.log().len(),
             versions: self.replica.knowledge().versions(),
@@ -356,7 +389,7 @@ impl Mission {
 
     fn snapshot(&mut self, now: MissionTime, outcome: &mut Outcome) {
         self.next_belief = now + self.config.belief_period;
-        outcome.records.push(Record::Belief(Arc::new(self.belief().clone())));
+        outcome.records.push(Record::Belief(Arc::new(self.shown_belief())));
     }
 }
 

@@ -11,7 +11,7 @@ use dragnet_search::evidence::Digest;
 use crate::RecordingError;
 use crate::finds::FindCounts;
 use crate::mission::{Mission, Outcome, Record};
-use crate::record::{FINDS, Recorder};
+use crate::record::{FINDS, REST_OF_WORLD, Recorder, SUCCESS};
 use crate::recording::{Notify, Recording};
 
 /// A mission and its recording.
@@ -78,6 +78,7 @@ impl CoordinatorNode {
         self.record(now, &last.records);
         summary.extend(self.rejected());
         summary.extend(self.decided());
+        summary.extend(self.sought());
         if let Some(recording) = self.recording {
             recording.finish(now, &self.mission, summary)?;
         }
@@ -88,6 +89,13 @@ impl CoordinatorNode {
     fn decided(&self) -> Option<(String, String)> {
         let counts = FindCounts::of(&self.mission.finds());
         counts.has_verdicts().then(|| (FINDS.to_owned(), counts.to_string()))
+    }
+
+    /// Where the one subject is, for the end of the recording.
+    fn sought(&self) -> impl Iterator<Item = (String, String)> {
+        let standing = self.mission.standing();
+        let facts = standing.map(|it| [(SUCCESS, it.success), (REST_OF_WORLD, it.rest_of_world)]);
+        facts.into_iter().flatten().map(|(name, number)| (name.to_owned(), number.to_string()))
     }
 
     /// Rejections and their numbers, for the end of the recording: one entry for each sender and reason.

@@ -15,6 +15,7 @@ use dragnet_scenario::map_file::{Earth, MapOrigin};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Grid;
+use dragnet_search::one_subject::OneSubject;
 use dragnet_search::terrain::{Ground, Terrain};
 use mcap::records::{MessageHeader, Record as McapRecord};
 
@@ -23,8 +24,8 @@ use crate::mcap_file::{Ending, RecordingError, chunk};
 use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
 use crate::record::{
-    AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, MISSION_TIME, RUN_METADATA, SCENARIO_ATTACHMENT,
-    SUMMARY_METADATA,
+    AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, MISSION_TIME, REST_OF_WORLD, RUN_METADATA,
+    SCENARIO_ATTACHMENT, SUMMARY_METADATA,
 };
 
 /// For a recording whose areas are lost.
@@ -66,6 +67,12 @@ impl Playback {
             [value] => Some(vec![value.clone(); robots]),
             _ => Some(values).filter(|values| values.len() == robots),
         }
+    }
+
+    /// That exactly one object is sought, if the mission says so.
+    #[must_use]
+    pub fn one_subject(&self) -> Option<OneSubject> {
+        OneSubject::new(self.run.get(REST_OF_WORLD)?.parse().ok()?)
     }
 
     /// Reads a recording. Of a truncated or damaged one the intact parts are read.

@@ -218,7 +218,7 @@ fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Op
     let observations = versions.iter().flat_map(|version| log.since(version.origin, 0));
     let records = observations.map(|observation| Record::Observation(observation.clone()));
     let stand =
-        [Record::Status(mission.status(now)), Record::Belief(std::sync::Arc::new(mission.belief().clone()))];
+        [Record::Status(mission.status(now)), Record::Belief(std::sync::Arc::new(mission.shown_belief()))];
     let has_verdicts = !mission.verdicts().is_empty();
     let verdicts = has_verdicts.then(|| Record::Verdicts(mission.verdict_report(now)));
     let written = records.chain(verdicts).chain(stand).try_for_each(|record| recorder.record(now, &record));

@@ -1,6 +1,6 @@
 //! The state of a recorded mission at a time, with its position on the earth.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use dragnet_coordinator::finds::Find;
@@ -15,6 +15,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::detection::probability_of_detection;
 use dragnet_search::observation::{RobotId, Source};
+use dragnet_search::one_subject::{Standing, SubjectPosterior};
 use dragnet_search::terrain::Terrain;
 
 use crate::ExportError;
@@ -52,6 +53,8 @@ pub struct Account {
     pub total: Coverage,
     /// The drawn areas, and how thoroughly each was searched if robots can enter it and a cell of it is searched.
     pub areas: Vec<(Area, Option<Coverage>)>,
+    /// The posterior of the one subject by which cells are declared, if exactly one is sought.
+    pub subject: Option<Standing>,
     /// Speed of a robot.
     speeds_meters_per_second: Vec<f64>,
 }
@@ -83,6 +86,9 @@ pub struct Coverage {
     pub poa: f64,
     /// Probability of detection: the mean over its cells, weighted by the probability that the area's object is there.
     pub pod: f64,
+    /// Probability that the one subject is inside now, 0 to 1, if exactly one is sought; `None` for a last known position,
+    /// which has no border.
+    pub now: Option<f64>,
 }
 
 impl Coverage {
@@ -116,9 +122,17 @@ impl Account {
         let detection_threshold = number("detection_threshold").unwrap_or(DEFAULT_DETECTION_THRESHOLD);
         let pod = fold.pod(detection_threshold);
         let frame = earth.frame;
-        let weigh = Weigh { prior: &fold.prior_probability(), pod: &pod, expected: earth.expected_objects };
+        let subject = playback.one_subject().map(|one| one.posterior(fold.mission.belief()));
+        let weigh = Weigh {
+            prior: &fold.prior_probability(),
+            pod: &pod,
+            now: subject.as_ref().map(SubjectPosterior::probabilities),
+            expected: earth.expected_objects,
+        };
         let terrain = fold.mission.terrain().clone();
         let coverages = weigh.areas(&earth.areas, &frame, &terrain);
+        let declared: BTreeSet<Cell> = fold.mission.declared().iter().map(|object| object.cell).collect();
+        let standing = subject.as_ref().map(|it| it.standing(&terrain, |cell| declared.contains(&cell)));
         let areas = earth.areas.into_iter().zip(coverages).collect();
         Ok(Self {
             name: playback.run.get("scenario").cloned().unwrap_or_else(|| "recording".to_owned()),
@@ -134,6 +148,7 @@ impl Account {
             tracks: fold.visits,
             terrain,
             pod,
+            subject: standing,
             speeds_meters_per_second: playback.of_robots("speed_meters_per_second").unwrap_or_default(),
         })
     }
@@ -160,7 +175,7 @@ impl Account {
     }
 }
 
-fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Earth, ExportError> {
+pub(crate) fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Earth, ExportError> {
     match (&playback.earth, origin) {
         (Some(earth), None) => Ok(earth.clone()),
         (None, Some(origin)) => Ok(Earth {
@@ -235,6 +250,8 @@ impl Fold {
 struct Weigh<'a> {
     prior: &'a [f64],
     pod: &'a [f64],
+    /// Posterior of the one subject.
+    now: Option<&'a [f64]>,
     /// Total number of expected objects.
     expected: f64,
 }
@@ -258,7 +275,11 @@ impl Weigh<'_> {
                     let sum: f64 = shares.iter().map(|(_, share)| share).sum();
                     let detected: f64 =
                         shares.iter().map(|(cell, share)| share * self.pod[cell.index()]).sum();
-                    Coverage { cells: shares.len(), poa, pod: detected / sum }
+                    let is_region = matches!(area.purpose, Purpose::Prior { .. });
+                    let now = self.now.filter(|_| is_region);
+                    let now =
+                        now.map(|now| shares.iter().map(|(cell, share)| share * now[cell.index()]).sum());
+                    Coverage { cells: shares.len(), poa, pod: detected / sum, now }
                 }
                 None => {
                     self.cells(shares.iter().map(|&(cell, share)| (cell, share / searched[cell.index()])))
@@ -270,15 +291,17 @@ impl Weigh<'_> {
 
     /// Cells with the share of each that counts.
     fn cells(&self, cells: impl Iterator<Item = (Cell, f64)>) -> Coverage {
-        let (mut count, mut mass, mut detected) = (0, 0.0, 0.0);
+        let (mut count, mut mass, mut detected, mut now) = (0, 0.0, 0.0, 0.0);
         for (cell, share) in cells {
             let held = share * self.prior[cell.index()];
             count += 1;
             mass += held;
             detected += held * self.pod[cell.index()];
+            now += self.now.map_or(0.0, |now| share * now[cell.index()]);
         }
         let share = |part: f64, whole: f64| if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 };
-        Coverage { cells: count, poa: share(mass, self.expected), pod: share(detected, mass) }
+        let now = self.now.map(|_| now);
+        Coverage { cells: count, poa: share(mass, self.expected), pod: share(detected, mass), now }
     }
 }
 

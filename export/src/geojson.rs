@@ -8,7 +8,9 @@
 //! | `cleared` | `MultiPolygon` | `pod_from`, `pod_to`, `cells` |
 //!
 //! `operator` is what the operator has decided about a find: `confirmed`, `dismissed` or null. A dismissed find that was found
-//! again is `found`. An area that was searched has `poa`, `pod`, `pos` and `cells`. When the file is read as a map, these features are
+//! again is `found`. An area that was searched has `poa`, `pod`, `pos` and `cells`. In a search for one subject it has
+//! `probability_now` too, and the collection `subject`: the probabilities that the subject is in a declared cell (`pos`), in
+//! another searched cell (`remaining`), and outside (`rest_of_world`). When the file is read as a map, these features are
 //! ignored.
 
 use dragnet_coordinator::finds::Find;
@@ -16,6 +18,7 @@ use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, GeoPoint};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
+use dragnet_search::one_subject::Standing;
 use geo::MultiPolygon;
 use geojson::{Feature, FeatureCollection, GeoJson, Geometry, GeometryValue, JsonObject, JsonValue};
 use serde_json::json;
@@ -34,7 +37,7 @@ pub fn text(account: &Account) -> String {
     let found = (1..).zip(&account.found).map(|(number, object)| found(account, number, object));
     let dismissed = (1..).zip(&account.dismissed).map(|(number, find)| dismissed(account, number, find));
     let features = areas.chain(cleared).chain(tracks).chain(found).chain(dismissed).collect();
-    let total = json!({
+    let mut total = json!({
         "name": account.name,
         "until": wall_time(account.start_unix_ns, account.until),
         "poa": account.total.poa,
@@ -42,6 +45,9 @@ pub fn text(account: &Account) -> String {
         "pos": account.total.pos(),
         "cells": account.total.cells,
     });
+    if let Some(Standing { success, remaining, rest_of_world }) = account.subject {
+        total["subject"] = json!({ "pos": success, "remaining": remaining, "rest_of_world": rest_of_world });
+    }
     let foreign_members = total.as_object().cloned();
     let collection = FeatureCollection { bbox: None, features, foreign_members };
     format!("{}\n", GeoJson::FeatureCollection(collection))
@@ -54,6 +60,9 @@ fn drawn(area: &Area, coverage: Option<&Coverage>) -> Feature {
         feature.set_property("pod", coverage.pod);
         feature.set_property("pos", coverage.pos());
         feature.set_property("cells", coverage.cells);
+        if let Some(now) = coverage.now {
+            feature.set_property("probability_now", now);
+        }
     }
     feature
 }

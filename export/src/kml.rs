@@ -57,8 +57,14 @@ pub fn text(account: &Account) -> String {
 }
 
 fn describe(account: &Account) -> String {
+    let subject = account.subject.map_or_else(String::new, |it| {
+        format!(
+            "; the subject is in a declared cell with {:.4}, in another searched one with {:.4}, outside with {:.4}",
+            it.success, it.remaining, it.rest_of_world
+        )
+    });
     format!(
-        "Until {}: POA {:.4}, POD {:.4}, POS {:.4}",
+        "Until {}: POA {:.4}, POD {:.4}, POS {:.4}{subject}",
         wall_time(account.start_unix_ns, account.until),
         account.total.poa,
         account.total.pod,
@@ -163,6 +169,7 @@ fn area(writer: &mut Document, area: &Area, coverage: Option<&Coverage>) -> io::
             facts.push(("pod", coverage.pod.to_string()));
             facts.push(("pos", coverage.pos().to_string()));
             facts.push(("cells", coverage.cells.to_string()));
+            facts.extend(coverage.now.map(|now| ("probability_now", now.to_string())));
         }
         data(writer, &facts)?;
         match &area.purpose {

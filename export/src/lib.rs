@@ -2,10 +2,12 @@
 //!
 //! - [`account`]: the state of a recorded mission at a time: finds, tracks, plans and the probability of detection of
 //!   each cell;
-//! - [`geojson`], [`kml`], [`gpx`], [`plan`]: an account as the text of a file. The same account gives the same bytes.
+//! - [`geojson`], [`kml`], [`gpx`], [`plan`]: an account as the text of a file. The same account gives the same bytes;
+//! - [`belief`]: what a recorded mission believed, as the prior of the next one.
 
 pub mod account;
 mod bands;
+pub mod belief;
 mod error;
 pub mod geojson;
 pub mod gpx;

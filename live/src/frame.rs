@@ -8,6 +8,7 @@ use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::verdict::Decision;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{RobotId, Source};
+use dragnet_search::one_subject::SubjectPosterior;
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -111,6 +112,9 @@ pub struct Frame {
     pub pod: f64,
     /// Expected remaining objects.
     pub expected: f64,
+    /// Where the one subject is, if exactly one is sought.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub subject: Option<SubjectFrame>,
     /// Entropy of the map, nats.
     pub entropy: f64,
     /// Recall if the objects are known, 0 to 1; otherwise the number of declared objects.
@@ -130,6 +134,15 @@ pub struct Frame {
     /// The curves up to here, `[seconds, entropy, progress]`; only in a whole frame.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub curve: Vec<[f64; 3]>,
+}
+
+/// The probabilities of the one subject, 0 to 1; what they leave is in searched cells that are not declared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SubjectFrame {
+    /// Probability of success: that it is in a declared cell.
+    pub pos: f64,
+    /// That it is outside of the searched cells.
+    pub rest_of_world: f64,
 }
 
 /// The state of a robot.
@@ -206,14 +219,18 @@ pub struct Shown {
 }
 
 /// The belief in a cell, in 255 steps of its log-odds from [`LEAST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
-/// searched.
+/// searched. That in one subject is its posterior.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-pub fn level(view: &View, cell: Cell) -> u8 {
+pub fn level(view: &View, subject: Option<&SubjectPosterior>, cell: Cell) -> u8 {
     if !view.terrain().is_searched(cell) {
         return 0;
     }
-    let log_odds = view.belief().log_odds_nats(cell).clamp(LEAST_NATS, MOST_NATS);
+    let log_odds = match subject.map(|subject| subject.probability(cell)) {
+        Some(probability) => (probability / (1.0 - probability)).ln(),
+        None => view.belief().log_odds_nats(cell),
+    };
+    let log_odds = log_odds.clamp(LEAST_NATS, MOST_NATS);
     1 + ((log_odds - LEAST_NATS) / (MOST_NATS - LEAST_NATS) * 254.0).round() as u8
 }
 
@@ -229,7 +246,8 @@ impl Frame {
     /// The changes between a shown state and a view.
     pub fn next(view: &View, shown: &mut Shown) -> Self {
         let is_whole = shown.levels.is_empty();
-        let Cells { levels, searched, changes } = cells(view, &mut shown.levels);
+        let subject = view.subject();
+        let Cells { levels, searched, changes } = cells(view, subject.as_ref(), &mut shown.levels);
         let status = view.status();
         let added = status.map_or(0, |status| status.directive.added.len());
         let order = status.map_or(TeamOrder::default(), |status| status.directive.order);
@@ -243,11 +261,14 @@ impl Frame {
             changes,
             out_of_reach: out_of_reach(view, added, &mut shown.reach),
             robots: robots(view, &mut shown.steps),
-            declared: declared(view),
+            declared: declared(view, subject.as_ref()),
             dismissed: dismissed(view),
             orders: orders(view, &mut shown.orders),
             pod: view.total_pod(),
             expected: status.map_or(0.0, |status| status.expected_remaining),
+            subject: view
+                .standing()
+                .map(|it| SubjectFrame { pos: it.success, rest_of_world: it.rest_of_world }),
             entropy: view.entropy_nats(),
             progress: view.progress(),
             messages: view.messages_per_second(),
@@ -269,9 +290,10 @@ struct Cells {
     changes: Vec<(u32, u8, u8)>,
 }
 
-fn cells(view: &View, shown: &mut Vec<[u8; 2]>) -> Cells {
+fn cells(view: &View, subject: Option<&SubjectPosterior>, shown: &mut Vec<[u8; 2]>) -> Cells {
     let terrain: &Terrain = view.terrain();
-    let levels = terrain.grid().cells().map(|cell| [level(view, cell), searched_level(view, cell)]).collect();
+    let of = |cell| [level(view, subject, cell), searched_level(view, cell)];
+    let levels = terrain.grid().cells().map(of).collect();
     let before = std::mem::replace(shown, levels);
     let pairs = (0..).zip(shown.iter().zip(&before));
     let changes: Vec<(u32, u8, u8)> = pairs
@@ -316,10 +338,13 @@ fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
     view.robots().map(frame).collect()
 }
 
-fn declared(view: &View) -> Vec<DeclaredFrame> {
+fn declared(view: &View, subject: Option<&SubjectPosterior>) -> Vec<DeclaredFrame> {
     let declared = view.declared().iter().map(|object| DeclaredFrame {
         cell: object.cell.number(),
-        probability: view.belief().probability(object.cell),
+        probability: match subject {
+            Some(subject) => subject.probability(object.cell),
+            None => view.belief().probability(object.cell),
+        },
         since: object.time_ns as f64 / 1e9,
         robot: finder(view, object.cell),
         operator: view.fold().verdicts().decision(object.cell).and_then(Decision::word),

@@ -4,7 +4,7 @@
 //! that the page shows the same state of both at the same mission time. The view adds the contents that only a page
 //! shows: trails, the curve, and message rates.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -18,6 +18,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, RobotId, Source};
+use dragnet_search::one_subject::{OneSubject, Standing, SubjectPosterior};
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
 
@@ -42,6 +43,8 @@ pub struct About {
     /// What each robot sees from where, by [`RobotId::index`]; empty for older recordings, and then no cell is shown as
     /// out of reach.
     pub sights: Vec<Sight>,
+    /// That exactly one object is sought, if so.
+    pub one_subject: Option<OneSubject>,
     /// Detection threshold.
     pub detection_threshold: f64,
     /// The robots of the team.
@@ -61,6 +64,7 @@ impl About {
             terrain: Arc::new(scenario.terrain().clone()),
             prior: Self::prior_of(scenario.terrain(), scenario.prior()),
             sights: scenario.robots().iter().map(|robot| robot.class.sight()).collect(),
+            one_subject: scenario.one_subject(),
             detection_threshold: scenario.mission().detection_threshold,
             team: scenario.robots().iter().map(|robot| robot.id).collect(),
             objects,
@@ -287,6 +291,19 @@ impl View {
     #[must_use]
     pub const fn belief(&self) -> &Belief {
         self.fold.belief()
+    }
+
+    /// Where the one subject is, if exactly one is sought.
+    #[must_use]
+    pub fn subject(&self) -> Option<SubjectPosterior> {
+        self.about.one_subject.map(|one| one.posterior(self.belief()))
+    }
+
+    /// The posterior of the one subject by which cells are declared, if exactly one is sought.
+    #[must_use]
+    pub fn standing(&self) -> Option<Standing> {
+        let declared: BTreeSet<Cell> = self.declared().iter().map(|object| object.cell).collect();
+        Some(self.subject()?.standing(self.terrain(), |cell| declared.contains(&cell)))
     }
 
     /// Cells that robots can observe, if their sensor radius is known.

@@ -159,6 +159,12 @@ impl Belief {
         self.prior_log_odds_nats[cell.index()]
     }
 
+    /// `ln(p / (1 - p))` of each cell before any reading, shape `[cells]`.
+    #[must_use]
+    pub fn prior_log_odds(&self) -> &[f64] {
+        &self.prior_log_odds_nats
+    }
+
     /// Probability that a cell holds an object, before any reading.
     #[must_use]
     pub fn prior_probability(&self, cell: Cell) -> f64 {

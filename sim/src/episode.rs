@@ -12,6 +12,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Score, Truth};
+use dragnet_search::one_subject::Standing;
 use dragnet_search::reach::Reach;
 
 use crate::faults::Faults;
@@ -33,6 +34,8 @@ pub struct Episode {
     /// Expected number of objects in reach that are not found, by the belief; the true number is
     /// `score.false_negatives`.
     pub expected_remaining: f64,
+    /// Where the one subject is, by what is found, if exactly one is sought.
+    pub subject: Option<Standing>,
     /// Path length of each robot, cells.
     pub path_cells: Vec<f64>,
     /// Whether each robot ended in the cell that it started in.
@@ -53,6 +56,7 @@ impl Episode {
             reach: world.reach().clone(),
             score: world.score(),
             expected_remaining: world.expected_remaining(),
+            subject: world.subject(),
             path_cells: world.path_cells().collect(),
             at_start: world.at_start().collect(),
             verdicts: world.verdicts().clone(),

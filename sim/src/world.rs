@@ -11,6 +11,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{CellEvidence, Reading};
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
+use dragnet_search::one_subject::{OneSubject, Standing};
 use dragnet_search::reach::Reach;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::terrain::Terrain;
@@ -28,6 +29,8 @@ pub struct World {
     bodies: Vec<Body>,
     /// The belief from all readings of all robots.
     merged: Belief,
+    /// That exactly one object is sought, if so.
+    one_subject: Option<OneSubject>,
     /// Cells that robots can observe, given their start cells.
     reach: Reach,
     detection_threshold: f64,
@@ -91,6 +94,7 @@ impl World {
             truth,
             bodies,
             merged,
+            one_subject: scenario.one_subject(),
             reach,
             detection_threshold,
             score,
@@ -126,7 +130,17 @@ impl World {
     /// Expected number of objects that the merged belief has not found, counting cells in reach.
     #[must_use]
     pub fn expected_remaining(&self) -> f64 {
-        self.merged.expected_remaining(&self.terrain, &self.reach, self.detection_threshold)
+        match self.one_subject.map(|one| one.posterior(&self.merged)) {
+            Some(it) => it.expected_remaining(&self.terrain, &self.reach, |cell| self.is_found(cell)),
+            None => self.merged.expected_remaining(&self.terrain, &self.reach, self.detection_threshold),
+        }
+    }
+
+    /// Where the one subject is by the merged belief, if exactly one is sought.
+    #[must_use]
+    pub fn subject(&self) -> Option<Standing> {
+        let posterior = self.one_subject?.posterior(&self.merged);
+        Some(posterior.standing(&self.terrain, |cell| self.is_found(cell)))
     }
 
     /// The merged belief compared with the truth, counting cells in reach.
@@ -285,6 +299,10 @@ impl World {
 pub(crate) fn draw_truth(scenario: &Scenario, random: &mut Stream) -> Truth {
     let terrain = scenario.terrain();
     let searched: Vec<Cell> = terrain.searched_cells().collect();
+    let is_drawn = !matches!(scenario.objects(), Objects::Cells(_));
+    if is_drawn && scenario.one_subject().is_some_and(|one| random.random::<f64>() < one.rest_of_world()) {
+        return Truth::new(terrain, Vec::new());
+    }
     let cells = match (scenario.objects(), scenario.object_weights()) {
         (Objects::Count(count), None) => searched.sample(random, *count as usize).copied().collect(),
         (Objects::Count(count), Some(weights)) => sample(searched, weights, *count, random),

@@ -6,8 +6,8 @@ use std::time::Duration;
 use dragnet_coordinator::Ending;
 use dragnet_coordinator::playback::Playback;
 use dragnet_export::account::Coverage;
-use dragnet_export::{Account, geojson, gpx, kml, plan};
-use dragnet_scenario::map_file::GeoPoint;
+use dragnet_export::{Account, ExportError, belief, geojson, gpx, kml, plan};
+use dragnet_scenario::map_file::{BeliefFile, GeoPoint};
 use dragnet_scenario::time::MissionTime;
 
 use super::{Failure, complain, output};
@@ -17,11 +17,11 @@ use crate::terminal::{self, counted};
 /// Export a recorded mission for maps, GPS receivers and ground stations.
 ///
 /// Writes found objects, tracks of the robots and cleared areas with their probability of detection (.geojson, .kml);
-/// finds and tracks (.gpx); or the robots' plans for a ground station (.plan), one file for each robot. Prints how
-/// thoroughly each area was searched.
+/// finds and tracks (.gpx); the robots' plans for a ground station (.plan), one file for each robot; or what the search
+/// believed (.belief.json), the prior of the next one. Prints how thoroughly each area was searched.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  dragnet export missing_person-0.mcap --to mission.kml\n  dragnet export missing_person-0.mcap --to next.plan --at 600\n  dragnet export warehouse-0.mcap --to mission.geojson --origin 49.236,-2.24"
+    after_help = "Examples:\n  dragnet export missing_person-0.mcap --to mission.kml\n  dragnet export missing_person-0.mcap --to next.plan --at 600\n  dragnet export warehouse-0.mcap --to mission.geojson --origin 49.236,-2.24\n  dragnet export missing_person-0.mcap --to shift1.belief.json"
 )]
 pub(crate) struct Arguments {
     /// The recording (MCAP)
@@ -48,10 +48,14 @@ enum Format {
     Kml,
     Gpx,
     Plan,
+    Belief,
 }
 
 impl Format {
     fn of(path: &Path) -> Option<Self> {
+        if BeliefFile::is_file(path) {
+            return Some(Self::Belief);
+        }
         let extension = path.extension()?.to_string_lossy().to_lowercase();
         match extension.as_str() {
             "geojson" | "json" => Some(Self::Geojson),
@@ -79,7 +83,9 @@ fn parse_seconds(text: &str) -> Result<MissionTime, String> {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let format = arguments.format.or_else(|| Format::of(&arguments.to)).ok_or_else(|| {
         let to = arguments.to.display();
-        Failure::Input(format!("--to {to}: unknown extension; allowed are .geojson, .kml, .gpx and .plan"))
+        Failure::Input(format!(
+            "--to {to}: unknown extension; allowed are .geojson, .kml, .gpx, .plan and .belief.json"
+        ))
     })?;
     let playback = Playback::read(&arguments.recording).map_err(Failure::input)?;
     if let Some(at) = arguments.at.filter(|&at| at > playback.end()) {
@@ -88,38 +94,73 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
             "--at {at}: the recording ends at {end:.1} s; allowed is 0 to that"
         )));
     }
-    let account = Account::new(&playback, arguments.origin, arguments.at)
-        .map_err(|error| Failure::Input(format!("{}: {error}", arguments.recording.display())))?;
     if playback.ending != Ending::Complete {
         let what = format!("is {}; what is whole of it is exported", playback.ending);
         complain("warning", &format!("{}: {what}", arguments.recording.display()));
     }
-    for (path, text) in files(arguments, format, &account)? {
+    let Exported { files, summary } = exported(arguments, format, &playback)?;
+    for (path, text) in files {
         let path = output::free("--to", &path, "no file is")?;
         output::write(&path, text.as_bytes())?;
         terminal::print(&format!("{}\n", path.display()))?;
     }
-    Ok(terminal::print(&summary(&account))?)
+    Ok(terminal::print(&summary)?)
 }
 
-fn files(
-    arguments: &Arguments,
-    format: Format,
-    account: &Account,
-) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let text = match format {
-        Format::Geojson => geojson::text(account),
-        Format::Kml => kml::text(account),
-        Format::Gpx => gpx::text(account),
-        Format::Plan => {
-            let texts = plan::texts(account)
-                .map_err(|error| Failure::Input(format!("{}: {error}", arguments.recording.display())))?;
-            let stem = arguments.to.file_stem().unwrap_or_default().to_string_lossy();
-            let named = |robot| arguments.to.with_file_name(format!("{stem}-robot-{robot}.plan"));
-            return Ok(texts.into_iter().map(|(robot, text)| (named(robot), text)).collect());
-        }
+/// The files of a format, by path, and what is printed.
+struct Exported {
+    files: Vec<(PathBuf, String)>,
+    summary: String,
+}
+
+fn exported(arguments: &Arguments, format: Format, playback: &Playback) -> Result<Exported, Failure> {
+    let text: fn(&Account) -> String = match format {
+        Format::Geojson => geojson::text,
+        Format::Kml => kml::text,
+        Format::Gpx => gpx::text,
+        Format::Plan => return plans(arguments, playback),
+        Format::Belief => return believed(arguments, playback),
     };
-    Ok(vec![(arguments.to.clone(), text)])
+    let account = account(arguments, playback)?;
+    let files = vec![(arguments.to.clone(), text(&account))];
+    Ok(Exported { files, summary: summary(&account) })
+}
+
+fn account(arguments: &Arguments, playback: &Playback) -> Result<Account, Failure> {
+    Account::new(playback, arguments.origin, arguments.at).map_err(|error| of_recording(arguments, error))
+}
+
+fn of_recording(arguments: &Arguments, error: ExportError) -> Failure {
+    Failure::Input(format!("{}: {error}", arguments.recording.display()))
+}
+
+/// The plans, one file for each robot.
+fn plans(arguments: &Arguments, playback: &Playback) -> Result<Exported, Failure> {
+    let account = account(arguments, playback)?;
+    let texts = plan::texts(&account).map_err(|error| of_recording(arguments, error))?;
+    let stem = arguments.to.file_stem().unwrap_or_default().to_string_lossy();
+    let named = |robot| arguments.to.with_file_name(format!("{stem}-robot-{robot}.plan"));
+    let files = texts.into_iter().map(|(robot, text)| (named(robot), text)).collect();
+    Ok(Exported { files, summary: summary(&account) })
+}
+
+/// The belief, for the next search.
+fn believed(arguments: &Arguments, playback: &Playback) -> Result<Exported, Failure> {
+    let to = &arguments.to;
+    if !BeliefFile::is_file(to) {
+        let allowed = "for a belief a name that ends in .belief.json is allowed";
+        return Err(Failure::Input(format!("--to {}: {allowed}", to.display())));
+    }
+    let belief = belief::belief_file(playback, arguments.origin, arguments.at)
+        .map_err(|error| of_recording(arguments, error))?;
+    let searched: Vec<f64> = belief.probability.iter().copied().flatten().collect();
+    let (cells, expected) = (counted(searched.len(), "searched cell"), searched.iter().sum::<f64>());
+    let content = match belief.rest_of_world {
+        Some(rest) => format!("the subject is in {cells} with {expected:.4}, outside of them with {rest:.4}"),
+        None => format!("{expected:.2} objects expected in {cells}"),
+    };
+    let summary = format!("{content}; the next scenario names the file as prior.file\n");
+    Ok(Exported { files: vec![(to.clone(), belief.text())], summary })
 }
 
 /// The finds, and how thoroughly each area was searched.
@@ -131,11 +172,22 @@ fn summary(account: &Account) -> String {
         counted(account.found.len(), "object"),
         counted(account.tracks.len(), "track"),
     );
-    let mut table = Table::new(["area", "POA", "POD", "POS", "cells"]);
+    let is_one = account.subject.is_some();
+    let mut table = if is_one {
+        Table::new(["area", "POA", "POD", "POS", "now", "cells"])
+    } else {
+        Table::new(["area", "POA", "POD", "POS", "cells"])
+    };
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let mut push = |name: &str, it: &Coverage| {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let [poa, pod, pos] = [it.poa, it.pod, it.pos()].map(percent);
-        table.push([name.escape_debug().to_string(), poa, pod, pos, it.cells.to_string()]);
+        let (name, cells) = (name.escape_debug().to_string(), it.cells.to_string());
+        if is_one {
+            let now = it.now.map_or_else(|| "-".to_owned(), percent);
+            table.push([name, poa, pod, pos, now, cells]);
+        } else {
+            table.push([name, poa, pod, pos, cells]);
+        }
     };
     for (area, coverage) in &account.areas {
         if let Some(coverage) = coverage {
@@ -143,7 +195,13 @@ fn summary(account: &Account) -> String {
         }
     }
     push("in all", &account.total);
-    head + &table.draw(1)
+    let subject = account.subject.map_or_else(String::new, |it| {
+        let [success, remaining, outside] = [it.success, it.remaining, it.rest_of_world].map(percent);
+        format!(
+            "the subject: found with {success} (POS), else in the area with {remaining}, outside of it with {outside}\n"
+        )
+    });
+    head + &table.draw(1) + &subject
 }
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ Examples:
   dragnet plan area.kml
   dragnet plan valley.toml --into missions")]
 pub(crate) struct Arguments {
-    /// Areas (.kml, .kmz, .geojson), a scenario (TOML) that names such a file, or a name that `dragnet scenarios` lists
+    /// Areas (.kml, .kmz, .geojson, .gpx, .plan), a scenario (TOML) that names such a file, or a name that `dragnet scenarios` lists
     /// [default: an empty map]
     #[arg(value_name = "FILE")]
     file: Option<PathBuf>,

@@ -20,6 +20,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::measures::Truth;
 use dragnet_search::observation::{RobotId, Source};
+use dragnet_search::one_subject::Standing;
 use dragnet_search::reach::Reach;
 
 use super::search::place;
@@ -182,13 +183,25 @@ impl Teller {
         let of = known.map_or_else(String::new, |objects| format!(" of {}", objects.len()));
         let (observations, marks) = self.view.counts();
         format!(
-            "\n{}\n{} after {:.1} s: {declared} declared{of}, {} and {}, {:.1} nats of entropy left\n",
+            "\n{}\n{} after {:.1} s: {declared} declared{of}, {} and {}, {:.1} nats of entropy left\n{}",
             picture.draw(terminal::columns()),
             about.name,
             searched.as_seconds(),
             counted(usize::try_from(observations).unwrap_or(usize::MAX), "observation"),
             counted(usize::try_from(marks).unwrap_or(usize::MAX), "mark"),
             self.view.entropy_nats(),
+            self.subject(),
+        )
+    }
+
+    /// Where the one subject is at the end, as a line.
+    fn subject(&self) -> String {
+        let Some(Standing { success, remaining, rest_of_world }) = self.view.standing() else {
+            return String::new();
+        };
+        format!(
+            "the subject: found with probability {success:.4} (POS), else in the area with {remaining:.4}, outside of it \
+             with {rest_of_world:.4}\n"
         )
     }
 }

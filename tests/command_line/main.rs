@@ -14,6 +14,7 @@ mod exports;
 mod interpreter;
 mod output;
 mod paper;
+mod periods;
 mod python;
 mod recordings;
 mod run;

@@ -30,6 +30,7 @@ fn mission() -> Mission {
         limits: limits(),
         prior: Belief::uniform(&terrain, 0.1).unwrap(),
         terrain,
+        one_subject: None,
         detection_threshold: 0.95,
         robots: vec![ONE, TWO],
         heartbeat: SECOND,
@@ -284,6 +285,31 @@ fn certain_cells_of_the_prior_are_declared_from_the_start() {
     let prior = Belief::new(&terrain, &probability).unwrap();
     let mission = Mission::new(CoordinatorConfig { prior, ..mission().config });
     assert_eq!(mission.declared().map(|object| object.cell).collect::<Vec<_>>(), [cell(3)]);
+}
+
+#[test]
+fn of_two_finds_of_one_subject_at_most_one_is_true() {
+    let prior = Belief::uniform(&terrain(), 0.1).unwrap();
+    let one_subject = OneSubject::new(0.2);
+    let mut mission = Mission::new(CoordinatorConfig { prior, one_subject, ..mission().config });
+    let probabilities = |mission: &Mission| -> Vec<String> {
+        mission.status(at(9)).declared.iter().map(|it| format!("{:.2}", it.probability)).collect()
+    };
+    assert!((mission.status(at(0)).expected_remaining - 0.8).abs() < 1e-9);
+    // Searched in vain: what is left is elsewhere, and the more outside.
+    for (sequence, seen) in [1, 2, 3].into_iter().enumerate() {
+        see(&mut mission, at(0), &observation(ONE, sequence as u64, seen, -7.0));
+    }
+    let standing = mission.standing().unwrap();
+    assert!((standing.rest_of_world - 0.2 / 0.7).abs() < 1e-3, "{standing:?}");
+    assert!((mission.status(at(1)).expected_remaining - 0.5 / 0.7).abs() < 1e-3);
+    see(&mut mission, at(2), &observation(ONE, 3, 5, 7.0));
+    assert_eq!(probabilities(&mission), ["0.99"]);
+    assert!(mission.status(at(2)).expected_remaining < 0.01 && mission.standing().unwrap().success > 0.99);
+    see(&mut mission, at(3), &observation(TWO, 0, 7, 7.0));
+    assert_eq!(probabilities(&mission), ["0.50", "0.50"]);
+    assert!(mission.belief().probability(cell(7)) > 0.99, "by its own readings it is declared");
+    assert!((mission.shown_belief().probability(cell(7)) - 0.5).abs() < 0.01);
 }
 
 #[test]

@@ -83,6 +83,7 @@ impl Episode {
             limits: limits(),
             terrain: terrain(),
             prior: prior(),
+            one_subject: None,
             detection_threshold: 0.95,
             robots: ROBOTS.to_vec(),
             heartbeat: Duration::from_secs(1),

@@ -40,7 +40,12 @@ export function showPanel(mission: Mission, goTo: (cell: number) => void): void 
   write("progress-title", objects === null ? "Finds over time" : "Share of the objects found, over time");
   write("progress", objects === null ? String(frame.declared.length) : percent(frame.progress));
   write("pod", `${(100 * frame.pod).toFixed(0)} %`);
-  write("expected", frame.expected.toFixed(1));
+  write("expected", frame.expected.toFixed(frame.subject === undefined ? 1 : 2));
+  element("subject", HTMLElement).hidden = frame.subject === undefined;
+  if (frame.subject !== undefined) {
+    write("pos", `${(100 * frame.subject.pos).toFixed(0)} %`);
+    write("rest-of-world", `${(100 * frame.subject.rest_of_world).toFixed(0)} %`);
+  }
   write("active", `${frame.robots.filter((robot) => robot.state === "searching").length} of ${frame.robots.length}`);
   write("entropy", `${frame.entropy.toFixed(1)} nats`);
   write("messages", frame.messages.toFixed(1));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
-use dragnet_coordinator::record::{Header, MISSION_TIME, Recorder};
+use dragnet_coordinator::record::{Header, MISSION_TIME, REST_OF_WORLD, Recorder};
 use dragnet_coordinator::recording::Notice;
 use dragnet_scenario::{Class, Scenario};
 use dragnet_sim::episode::Episode;
@@ -84,6 +84,9 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
     ]);
     if scenario.robots().iter().any(|robot| robot.class.flies) {
         facts.extend(metadata([("flies", of_robots(scenario, |class| class.flies.to_string()))]));
+    }
+    if let Some(one) = scenario.one_subject() {
+        facts.extend(metadata([(REST_OF_WORLD, one.rest_of_world().to_string())]));
     }
     facts
 }

@@ -5,11 +5,12 @@
 //! | `.txt` | drawing, see [`Terrain::from_ascii`] | this file |
 //! | `.yaml` | ROS 2 map with its image | `ros` |
 //! | `.map` | `MovingAI` benchmark | `movingai` |
-//! | `.geojson`, `.json`, `.kml`, `.kmz` | areas drawn on the earth | [`areas`], `outline` |
+//! | `.geojson`, `.json`, `.kml`, `.kmz`, `.gpx`, `.plan` | areas drawn on the earth | [`areas`], `outline` |
 //!
 //! Reading a file returns a map, or a [`MapFileError`] that states the allowed values.
 
 pub mod areas;
+mod belief_file;
 mod earth;
 mod error;
 mod georeference;
@@ -30,6 +31,7 @@ use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 
 pub use areas::{Area, Areas, Purpose};
+pub use belief_file::BeliefFile;
 pub use earth::Earth;
 pub use error::MapFileError;
 pub use georeference::{GeoPoint, Georeference};
@@ -131,7 +133,7 @@ impl MapFile {
             Some(Format::Areas) => Self::of_areas(file, Areas::load(file)?, cell_meters),
             None => Err(MapFileError::Extension {
                 file: file.to_owned(),
-                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson, .kml or .kmz areas",
+                allowed: ".txt drawing, .yaml ROS map, .map MovingAI, .geojson, .kml, .kmz, .gpx or .plan areas",
             }),
         }
     }
@@ -146,7 +148,7 @@ pub(crate) enum Format {
     Ros,
     /// `MovingAI`, a character for each cell, `.map`.
     MovingAi,
-    /// Areas on the earth, `.geojson`, `.kml` and `.kmz`.
+    /// Areas on the earth, `.geojson`, `.kml`, `.kmz`, `.gpx` and `.plan`.
     Areas,
 }
 
@@ -157,7 +159,7 @@ impl Format {
             "txt" => Some(Self::Drawing),
             "yaml" | "yml" => Some(Self::Ros),
             "map" => Some(Self::MovingAi),
-            "geojson" | "json" | "kml" | "kmz" => Some(Self::Areas),
+            "geojson" | "json" | "kml" | "kmz" | "gpx" | "plan" => Some(Self::Areas),
             _ => None,
         }
     }

@@ -28,6 +28,7 @@ use std::time::Duration;
 use dragnet_files::text_of;
 use dragnet_learn::policy::Shipped;
 use dragnet_search::belief::Belief;
+use dragnet_search::one_subject::OneSubject;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
@@ -369,6 +370,12 @@ impl Scenario {
     #[must_use]
     pub fn prior(&self) -> &Belief {
         &self.prior.belief
+    }
+
+    /// That exactly one object is sought, if so: it is in a cell with the probability of the prior, or outside of all.
+    #[must_use]
+    pub fn one_subject(&self) -> Option<OneSubject> {
+        self.prior.one_subject
     }
 
     /// The regions that the prior was computed from, if any.

@@ -8,6 +8,7 @@ use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::GeoPoint;
 use dragnet_search::cell::{Cell, Position};
+use dragnet_search::one_subject::Standing;
 use dragnet_sim::comparison::Latencies;
 use dragnet_sim::episode::Episode;
 use serde::Serialize;
@@ -52,6 +53,9 @@ pub(super) struct Report {
     mission_time_s: f64,
     /// Expected number of objects in reach beyond those found.
     expected_remaining: f64,
+    /// Where the one subject is; absent unless exactly one is sought.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    subject: Option<Subject>,
     /// When the last of the declared cells was found; absent if none is declared.
     last_find_s: Option<f64>,
     /// Duration from then, or else from the start, to the end.
@@ -74,6 +78,23 @@ pub(super) struct Report {
     has_all_readings: bool,
     belief_digest: String,
     recording: Option<String>,
+}
+
+/// Probabilities of the one subject, which add up to 1.
+#[derive(Serialize)]
+struct Subject {
+    /// Probability of success: that it is in a declared cell.
+    pos: f64,
+    /// That it is in another searched cell.
+    remaining: f64,
+    /// That it is outside of the searched cells.
+    rest_of_world: f64,
+}
+
+impl From<Standing> for Subject {
+    fn from(Standing { success, remaining, rest_of_world }: Standing) -> Self {
+        Self { pos: success, remaining, rest_of_world }
+    }
 }
 
 /// A cell that is declared to hold an object.
@@ -129,6 +150,7 @@ impl Report {
                 .map(|_| at_start.iter().filter(|&&is_back| is_back).count()),
             mission_time_s: seconds,
             expected_remaining: ended.episode.expected_remaining,
+            subject: ended.episode.subject.map(Subject::from),
             last_find_s: outcome.last_find.map(dragnet_scenario::time::MissionTime::as_seconds),
             tail_s: outcome.tail().as_secs_f64(),
             decisions: latencies.count(),
@@ -192,6 +214,7 @@ impl Report {
         format!(
             "{finds}searched      {mission_time_s:.1} s, {tail}; {}\n\
              left          {}\n\
+             {}\
              quality       recall {recall:.3}, precision {precision:.3}, F1 {f1:.3}; \
              mean of F1 over {budget_cells:.0} cells {auc_f1:.3}\n\
              decisions     {}\n\
@@ -201,6 +224,7 @@ impl Report {
              {partial}{recording}",
             self.distance(),
             self.left(scenario),
+            self.subject(),
             self.decisions(),
             self.observations_sent,
             self.messages(),
@@ -218,6 +242,15 @@ impl Report {
             None => String::new(),
         };
         format!("{expected:.2} more objects expected in reach{limit}")
+    }
+
+    /// Where the one subject is, as a line.
+    fn subject(&self) -> String {
+        let Some(Subject { pos, remaining, rest_of_world }) = &self.subject else { return String::new() };
+        format!(
+            "subject       found with probability {pos:.4} (POS), else in the area with {remaining:.4}, outside of it \
+             with {rest_of_world:.4}\n"
+        )
     }
 
     fn messages(&self) -> String {
@@ -257,8 +290,18 @@ impl Report {
     }
 }
 
+/// The probability of each cell: in a search for one subject by its posterior.
+fn probability(scenario: &Scenario, episode: &Episode) -> impl Fn(Cell) -> f64 {
+    let probabilities = match scenario.one_subject() {
+        Some(one) => one.posterior(&episode.belief).probabilities().to_vec(),
+        None => episode.belief.probabilities(),
+    };
+    move |cell| probabilities[cell.index()]
+}
+
 fn declared(scenario: &Scenario, episode: &Episode) -> Vec<Declared> {
     let threshold = scenario.mission().detection_threshold;
+    let probability = probability(scenario, episode);
     let is_found = |cell: &Cell| episode.belief.is_found(*cell, threshold);
     let declare = |cell: Cell| {
         let Position { row, column } = scenario.terrain().grid().position(cell);
@@ -268,7 +311,7 @@ fn declared(scenario: &Scenario, episode: &Episode) -> Vec<Declared> {
             column,
             latitude_degrees: center.map(|center| center.latitude_degrees),
             longitude_degrees: center.map(|center| center.longitude_degrees),
-            probability: episode.belief.probability(cell),
+            probability: probability(cell),
             is_object: episode.truth.is_object(cell),
         }
     };
@@ -294,12 +337,13 @@ fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
     let (belief, truth) = (&episode.belief, &episode.truth);
     let (grid, detection_threshold) = (scenario.terrain().grid(), scenario.mission().detection_threshold);
     let is_found = |cell: Cell| belief.is_found(cell, detection_threshold);
+    let probability = probability(scenario, episode);
     let line = |cell: Cell| {
         let center = center(scenario, cell).map_or_else(String::new, |center| {
             let GeoPoint { latitude_degrees, longitude_degrees } = center;
             format!(" at latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}")
         });
-        format!("{}{center}, probability {:.4}", place(grid, cell), belief.probability(cell))
+        format!("{}{center}, probability {:.4}", place(grid, cell), probability(cell))
     };
     let (kept, withdrawn): (Vec<&Find>, Vec<&Find>) = finds.iter().partition(|find| is_found(find.cell));
     let withdrawn = withdrawn

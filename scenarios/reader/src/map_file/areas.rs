@@ -1,16 +1,18 @@
-//! Areas and places drawn on the earth: search areas, no-go areas, and likely positions. Read from `GeoJSON`, KML and KMZ,
-//! WGS84 degrees; `docs/maps.md` explains the convention.
+//! Areas and places drawn on the earth: search areas, no-go areas, and likely positions. Read from `GeoJSON`, KML, KMZ,
+//! GPX, and plans of `QGroundControl`, WGS84 degrees; `docs/maps.md` explains the convention.
 //!
-//! A file of either format becomes features, and each of these an [`Area`], or is ignored. Areas are checked once,
+//! A file of any of these formats becomes features, and each of these an [`Area`], or is ignored. Areas are checked once,
 //! here: rings are closed, cross nothing, and lie on the earth.
 
 mod closed;
 mod description;
 mod feature;
 mod geojson;
+mod gpx;
 mod kind;
 mod kml;
 mod kmz;
+mod plan;
 mod prior;
 mod rings;
 mod unique;
@@ -121,7 +123,7 @@ impl Areas {
         mut bytes: Vec<u8>,
     ) -> Result<(Self, Vec<MapFileError>), MapFileError> {
         if !Self::is_file(file) {
-            let allowed = ".geojson, .json, .kml or .kmz areas";
+            let allowed = ".geojson, .json, .kml, .kmz, .gpx or .plan areas";
             return Err(MapFileError::Extension { file: file.to_owned(), allowed });
         }
         if bytes.len() as u64 > Self::MAX_BYTES {
@@ -135,7 +137,13 @@ impl Areas {
         if is("kml") || is("kmz") {
             return Self::of(file, kml::features(file, &kml::decoded(file, bytes)?)?);
         }
+        if is("gpx") {
+            return Self::of(file, gpx::features(file, &kml::decoded(file, bytes)?)?);
+        }
         let text = dragnet_files::text_of(bytes).map_err(|source| MapFileError::syntax(file, source))?;
+        if is("plan") {
+            return Self::of(file, plan::features(file, &text)?);
+        }
         Self::of(file, geojson::features(file, &text)?)
     }
 

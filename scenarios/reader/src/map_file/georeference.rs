@@ -104,6 +104,12 @@ impl Georeference {
         self.reference_latitude_degrees
     }
 
+    /// From the east to the map's rows, counterclockwise, radians.
+    #[must_use]
+    pub const fn yaw_radians(&self) -> f64 {
+        self.yaw_radians
+    }
+
     /// The map's south-western corner.
     #[must_use]
     pub const fn south_west(&self) -> GeoPoint {

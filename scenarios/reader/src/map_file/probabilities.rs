@@ -26,7 +26,7 @@ pub fn load_probabilities(file: &Path, grid: Grid) -> Result<Vec<f64>, MapFileEr
         }
         _ => Err(MapFileError::Extension {
             file: file.to_owned(),
-            allowed: ".csv or .txt numbers, .pgm or .png image, .geojson or .kml regions",
+            allowed: ".csv or .txt numbers, .pgm or .png image, .geojson or .kml regions, .belief.json of `dragnet export`",
         }),
     }
 }

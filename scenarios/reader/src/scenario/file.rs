@@ -73,7 +73,7 @@ pub struct MapTable {
     #[schemars(range(min = 0, max = 4_294_967_295_u32))]
     pub seed: Option<i64>,
     /// A map file, relative to the scenario: `.txt` drawing, `.yaml` ROS map, `.map` of `MovingAI`,
-    /// `.geojson`, `.kml` or `.kmz` areas. Excludes `shape`.
+    /// `.geojson`, `.kml`, `.kmz`, `.gpx` or `.plan` areas. Excludes `shape`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Position of the map's south-western corner on the earth, for a map whose file has none.
@@ -171,9 +171,16 @@ pub struct PriorTable {
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub probability: Option<f64>,
     /// Probabilities of all cells, relative to the scenario, the northern edge first: numbers in `.csv` or `.txt`, or a
-    /// `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson`, `.kml` or `.kmz`.
+    /// `.pgm` or `.png` image. Or regions on the earth with their probabilities, `.geojson`, `.kml` or `.kmz`. Or what an
+    /// earlier search believed in the end, `.belief.json` of `dragnet export`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+    /// Exactly one object is sought, and this is the probability that it is outside of the searched cells, the rest of the
+    /// world (ROW), 0 to below 1. The probabilities of all cells are scaled so that they and it add up to 1. Needs
+    /// `objects.count = 1`, or at most one of `objects.cells`; excludes `probability`. Without it cells are independent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
+    pub rest_of_world: Option<f64>,
 }
 
 /// The objects (simulation only, except for the prior): exactly one of these keys.

@@ -41,6 +41,15 @@ impl Objects {
         }
     }
 
+    /// Whether there is one object, or none is placed.
+    pub(super) const fn is_at_most_one(&self) -> bool {
+        match self {
+            Self::Count(count) => *count == 1,
+            Self::Cells(cells) => cells.len() <= 1,
+            Self::Density(_) => false,
+        }
+    }
+
     /// Expected number of objects; for a known number by [`Objects::expected_density`].
     #[must_use]
     pub fn expected_count(&self, terrain: &Terrain) -> f64 {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use dragnet_search::belief::Belief;
+use dragnet_search::one_subject::OneSubject;
 use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
@@ -10,7 +11,12 @@ use super::error::Fault;
 use super::file::PriorTable;
 use super::objects::Objects;
 use crate::map_file::areas::{Claims, RegionPrior};
-use crate::map_file::{Areas, MapFile, load_probabilities};
+use crate::map_file::{Areas, BeliefFile, MapFile, load_probabilities};
+
+/// The greatest prior that an earlier search gives a cell, so that further readings can change it.
+const MOST_CERTAIN: f64 = 0.999_999;
+/// The least one: somebody who is sought may have moved since.
+const LEAST_CERTAIN: f64 = 1e-9;
 
 /// The belief before the first observation, and its origin.
 #[derive(Clone, Debug)]
@@ -20,11 +26,35 @@ pub(super) struct Prior {
     pub claims: Option<Claims>,
     /// Those of `prior.file`.
     pub areas: Areas,
+    /// That exactly one object is sought, if so: the belief and its rest of the world then add up to 1.
+    pub one_subject: Option<OneSubject>,
+    /// Whether it is what an earlier search believed: that may have found something.
+    pub is_continued: bool,
 }
 
 impl Prior {
     /// The prior of a map that was read from `map_file`, if from any.
     pub(super) fn new(
+        table: &PriorTable,
+        folder: &Path,
+        map_file: Option<&str>,
+        map: &MapFile,
+        objects: &Objects,
+    ) -> Result<Self, Fault> {
+        if let Some(file) = table.file.as_deref().filter(|file| BeliefFile::is_file(Path::new(file))) {
+            let own = PriorTable { file: None, ..table.clone() };
+            let own = Self::new(&own, folder, map_file, map, objects)?;
+            return own.after(&folder.join(file), map);
+        }
+        let prior = Self::of_cells(table, folder, map_file, map, objects)?;
+        match table.rest_of_world {
+            Some(rest_of_world) => Ok(prior.of_one(rest_of_world, table, &map.terrain, objects)?),
+            None => Ok(prior),
+        }
+    }
+
+    /// The prior of independent cells.
+    fn of_cells(
         table: &PriorTable,
         folder: &Path,
         map_file: Option<&str>,
@@ -53,8 +83,85 @@ impl Prior {
         }
     }
 
-    /// Checks that nothing is found before the first observation.
+    /// The prior of one object: each cell keeps its share of what is inside.
+    fn of_one(
+        self,
+        rest_of_world: f64,
+        table: &PriorTable,
+        terrain: &Terrain,
+        objects: &Objects,
+    ) -> Result<Self, Invalid> {
+        let key = "prior.rest_of_world";
+        let allowed = "at least 0 and below 1";
+        let one_subject =
+            OneSubject::new(rest_of_world).ok_or_else(|| Invalid::new(key, rest_of_world, allowed))?;
+        if !objects.is_at_most_one() {
+            let allowed = "exactly one object: objects.count = 1, or objects.cells with at most one cell";
+            return Err(Invalid::new(key, format!("given for {objects}"), allowed));
+        }
+        if table.probability.is_some() {
+            let allowed = "one of the two: with rest_of_world the probabilities of all cells follow";
+            return Err(Invalid::new("prior", "probability and rest_of_world", allowed));
+        }
+        let mut probability = self.belief.probabilities();
+        let inside: f64 = probability.iter().sum();
+        for it in &mut probability {
+            *it *= (1.0 - rest_of_world) / inside;
+        }
+        Ok(Self {
+            belief: of_probabilities(key, &probability, terrain)?,
+            one_subject: Some(one_subject),
+            ..self
+        })
+    }
+
+    /// What an earlier search believed, where it searched; elsewhere this prior.
+    ///
+    /// Of one subject, the earlier search says with which probability it is in no cell that both searches have, and this
+    /// prior how that is shared among its other cells and its own rest of the world.
+    fn after(self, file: &Path, map: &MapFile) -> Result<Self, Fault> {
+        let key = "prior.file";
+        let fault = |source| Fault::MapFile { key, source };
+        let earlier = BeliefFile::load(file).map_err(fault)?;
+        let moved = earlier.moved_to(file, map).map_err(fault)?;
+        let own = self.belief.probabilities();
+        let uncovered: Vec<f64> =
+            own.iter().zip(&moved.covered).map(|(own, covered)| own * (1.0 - covered)).collect();
+        let (found, elsewhere) = (moved.mass.iter().sum::<f64>(), uncovered.iter().sum::<f64>());
+        let (mut here, mut there, mut one_subject) = (1.0, 1.0, self.one_subject);
+        if let Some(one) = self.one_subject {
+            let outside = elsewhere + one.rest_of_world();
+            if earlier.rest_of_world.is_none() {
+                // It counts expected objects, of which one is sought now.
+                let factor = (1.0 - one.rest_of_world()) / (found + elsewhere);
+                (here, there) = (factor, factor);
+            } else if outside > 0.0 {
+                there = (1.0 - found).max(0.0) / outside;
+                one_subject = OneSubject::new(one.rest_of_world() * there);
+            } else {
+                here = 1.0 / found;
+            }
+        }
+        let masses = moved.mass.iter().zip(&moved.covered).zip(&uncovered);
+        let probability: Vec<f64> = masses
+            .map(|((mass, &covered), own)| {
+                let least = if covered > 0.0 { LEAST_CERTAIN } else { 0.0 };
+                (here * mass + there * own).clamp(least, MOST_CERTAIN)
+            })
+            .collect();
+        let belief = of_probabilities(key, &probability, &map.terrain)?;
+        if one_subject.is_none() && self.one_subject.is_some() {
+            let allowed = "some probability that the subject is in the area";
+            return Err(Invalid::new(key, "sure that the subject is elsewhere", allowed).into());
+        }
+        Ok(Self { belief, claims: None, one_subject, is_continued: true, ..self })
+    }
+
+    /// Checks that nothing is found before the first observation, except by an earlier search.
     pub(super) fn check_undecided(&self, terrain: &Terrain, detection_threshold: f64) -> Result<(), Invalid> {
+        if self.is_continued {
+            return Ok(());
+        }
         let Some(cell) =
             terrain.searched_cells().find(|&cell| self.belief.is_found(cell, detection_threshold))
         else {
@@ -75,13 +182,13 @@ impl Prior {
         terrain: &Terrain,
     ) -> Result<Self, Fault> {
         let belief = of_probabilities(key, &prior.probability, terrain)?;
-        Ok(Self { belief, claims: Some(prior.claims), areas })
+        Ok(Self { belief, claims: Some(prior.claims), areas, one_subject: None, is_continued: false })
     }
 }
 
 impl From<Belief> for Prior {
     fn from(belief: Belief) -> Self {
-        Self { belief, claims: None, areas: Areas::default() }
+        Self { belief, claims: None, areas: Areas::default(), one_subject: None, is_continued: false }
     }
 }
 
@@ -204,5 +311,167 @@ budget_meters = 300
         check("file = 'a.geojson'", "probability = 0.1\nfile = 'a.geojson'", "prior .. probability and file");
         let error = load(DRAWN, r#"{"type":"FeatureCollection","features":[]}"#).unwrap_err();
         assert_mentions(&error, "prior.file .. without a region .. at least one area");
+    }
+
+    const ONE: &str = "name = 'one'
+[map]
+file = 'a.txt'
+cell_meters = 100
+[prior]
+rest_of_world = 0.25
+[sensor]
+radius = 1
+[objects]
+count = 1
+[mission]
+budget_meters = 300
+";
+
+    #[test]
+    fn one_subject_is_in_some_cell_or_in_the_rest_of_the_world() {
+        let scenario = load(ONE, REGIONS).unwrap();
+        let probability = |scenario: &Scenario| scenario.prior().probabilities();
+        assert!(probability(&scenario).iter().all(|it| (it - 0.75 / 8.0).abs() < 1e-12));
+        assert!((scenario.one_subject().unwrap().rest_of_world() - 0.25).abs() < 1e-12);
+        let one_of_regions =
+            DRAWN.replace("[prior]", "[prior]\nrest_of_world = 0.2").replace("count = 2", "count = 1");
+        let given = probability(&load(&one_of_regions, REGIONS).unwrap());
+        for (given, expected) in given.iter().zip([0.15, 0.15, 0.05, 0.05].repeat(2)) {
+            assert!((given - expected).abs() < 1e-6, "{given} {expected}");
+        }
+        assert!(load(DRAWN, REGIONS).unwrap().one_subject().is_none());
+    }
+
+    #[test]
+    fn a_rest_of_the_world_needs_one_object_and_leaves_some_probability() {
+        let check = |from: &str, to: &str, message: &str| {
+            assert_mentions(&load(&ONE.replace(from, to), REGIONS).unwrap_err(), message);
+        };
+        check("0.25", "1", "a.toml .. line 6 .. prior.rest_of_world is 1; allowed is at least 0 and below 1");
+        check("0.25", "-0.1", "prior.rest_of_world is -0.1");
+        check("0.25", "nan", "prior.rest_of_world is NaN");
+        check("count = 1", "count = 2", "prior.rest_of_world is given for 2 objects .. objects.count = 1");
+        check("count = 1", "density = 0.1", "prior.rest_of_world is given for an object in 10 %");
+        check(
+            "rest_of",
+            "probability = 0.1\nrest_of",
+            "prior is probability and rest_of_world .. one of the two",
+        );
+    }
+
+    /// A belief of two rows and four columns of 100 m on the map of `DRAWN`, its rows from the south.
+    fn believed(cell_meters: f64, rows: usize, columns: usize, rest: &str, probability: &str) -> String {
+        format!(
+            r#"{{"dragnet_belief":1,"mission":"first","rows":{rows},"columns":{columns},"cell_meters":{cell_meters},
+            "earth":{{"south_west_latitude_degrees":0.0,"south_west_longitude_degrees":0.0,
+            "reference_latitude_degrees":0.0,"yaw_radians":0.0}},
+            "origin":{{"x_meters":0.0,"y_meters":0.0,"yaw_radians":0.0}},{rest}"probability":{probability}}}"#
+        )
+    }
+
+    fn next(belief: &str, from: &str, to: &str) -> Result<Scenario, String> {
+        let text = DRAWN.replace("a.geojson", "a.belief.json").replace(from, to);
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("a.txt"), "....\n....\n").unwrap();
+        fs::write(folder.path().join("a.belief.json"), belief).unwrap();
+        fs::write(folder.path().join("a.toml"), &text).unwrap();
+        Scenario::load(&folder.path().join("a.toml")).map_err(|error| error.to_string())
+    }
+
+    fn assert_prior(scenario: &Scenario, expected: &[f64]) {
+        let given = scenario.prior().probabilities();
+        let is_near = |(given, expected): (&f64, &f64)| (given - expected).abs() < 1e-4;
+        assert!(given.len() == expected.len() && given.iter().zip(expected).all(is_near), "{given:?}");
+    }
+
+    #[test]
+    fn a_search_begins_with_what_the_last_one_believed() {
+        let same = believed(100.0, 2, 4, "", "[0.1,0.2,0.3,0.999999999,0.0,0.5,null,0.01]");
+        let scenario = next(&same, "", "").unwrap();
+        // What was found stays found, and can be withdrawn; what was not searched has the own prior, 2 of 8.
+        assert_prior(&scenario, &[0.1, 0.2, 0.3, 0.999_999, 0.0, 0.5, 0.25, 0.01]);
+    }
+
+    #[test]
+    fn cells_that_merge_add_up_and_cells_that_split_share_by_area() {
+        // Cells of 50 m in the southern row: two by two of them make one of 100 m.
+        let finer = "[0.1,0.02,0.0,0.0,0.0,0.0,0.0,0.0, 0.03,0.05,0.0,0.0,0.0,0.0,0.4,0.4]";
+        let scenario = next(&believed(50.0, 2, 8, "", finer), "", "").unwrap();
+        assert_prior(&scenario, &[0.2, 0.0, 0.0, 0.8, 0.25, 0.25, 0.25, 0.25]);
+        // One cell of 300 m: two ninths of it beside the map, to the north a third.
+        let scenario = next(&believed(300.0, 1, 1, "", "[0.9]"), "", "").unwrap();
+        assert_prior(&scenario, &[0.1, 0.1, 0.1, 0.25, 0.1, 0.1, 0.1, 0.25]);
+        // A cell of 150 m covers half of the next one, which keeps half of its own prior, and a quarter of that above it.
+        let scenario = next(&believed(150.0, 1, 1, "", "[0.9]"), "", "").unwrap();
+        let (whole, half, quarter) = (0.4, 0.2 + 0.125, 0.1 + 0.75 * 0.25);
+        assert_prior(&scenario, &[whole, half, 0.25, 0.25, half, quarter, 0.25, 0.25]);
+    }
+
+    #[test]
+    fn one_subject_that_was_not_found_is_in_what_is_left_or_in_the_rest_of_the_world() {
+        let one = "file = 'a.belief.json'\nrest_of_world = 0.2\n[sensor]\nradius = 1\n[objects]\ncount = 1\n[mission]";
+        let old = "file = 'a.belief.json'\n[sensor]\nradius = 1\n[objects]\ncount = 2\n[mission]";
+        let rest = "\"rest_of_world\":0.4,";
+        let same = believed(100.0, 2, 4, rest, "[0.1,0.2,0.0,0.0,0.1,0.1,0.1,0.0]");
+        let scenario = next(&same, old, one).unwrap();
+        assert_prior(&scenario, &[0.1, 0.2, 0.0, 0.0, 0.1, 0.1, 0.1, 0.0]);
+        assert!((scenario.one_subject().unwrap().rest_of_world() - 0.4).abs() < 1e-4);
+        // The northern row is new. Its own prior is 0.4, the rest of the world 0.2: they share the 0.6 that are not in the south.
+        let south = believed(100.0, 1, 4, "\"rest_of_world\":0.6,", "[0.1,0.2,0.1,0.0]");
+        let scenario = next(&south, old, one).unwrap();
+        assert_prior(&scenario, &[0.1, 0.2, 0.1, 0.0, 0.1, 0.1, 0.1, 0.1]);
+        assert!((scenario.one_subject().unwrap().rest_of_world() - 0.2).abs() < 1e-4);
+        // The last search was for several: one of the expected objects is here with 0.8.
+        let several = believed(100.0, 2, 4, "", "[0.4,0.4,0.0,0.0,0.4,0.4,0.0,0.0]");
+        let scenario = next(&several, old, one).unwrap();
+        assert_prior(&scenario, &[0.2, 0.2, 0.0, 0.0, 0.2, 0.2, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_belief_that_does_not_fit_is_rejected() {
+        let good = believed(100.0, 1, 2, "", "[0.1,0.2]");
+        let check = |from: &str, to: &str, message: &str| {
+            assert_mentions(&next(&good.replace(from, to), "", "").unwrap_err(), message);
+        };
+        check(
+            "\"dragnet_belief\":1",
+            "\"dragnet_belief\":2",
+            "a.belief.json: dragnet_belief is 2 .. 1, the version",
+        );
+        check("[0.1,0.2]", "[0.1]", "probability is 1 numbers; allowed is 2");
+        check("[0.1,0.2]", "[0.1,1.2]", "probability[1] is 1.2; allowed is from 0 to 1");
+        check("\"cell_meters\":100", "\"cell_meters\":-1", "cell_meters is -1");
+        check("\"rows\":1", "\"rows\":0", "a.belief.json");
+        check("latitude_degrees\":0.0,\"south_west_l", "latitude_degrees\":89.0,\"south_west_l", "earth");
+        check(
+            "longitude_degrees\":0.0",
+            "longitude_degrees\":0.1",
+            "its map is elsewhere .. shares at least one",
+        );
+        check(
+            "longitude_degrees\":0.0",
+            "longitude_degrees\":9.0",
+            "its map is 1002 km away .. at most 100 km",
+        );
+        check("\"mission\"", "\"misson\"", "a.belief.json .. misson");
+        let unplaced = good.replace("\"earth\"", "\"nowhere\"");
+        assert_mentions(&next(&unplaced, "", "").unwrap_err(), "nowhere");
+        let (from, to) = (good.find("\"earth\"").unwrap(), good.find("\"origin\"").unwrap());
+        let unplaced = format!("{}{}", &good[..from], &good[to..]);
+        assert_mentions(&next(&unplaced, "", "").unwrap_err(), "without a position on the earth .. --origin");
+        let origin = "origin = { latitude_degrees = 0, longitude_degrees = 0 }";
+        assert_mentions(
+            &next(&good, origin, "").unwrap_err(),
+            "on the earth, the scenario's is not .. map.origin",
+        );
+        assert_mentions(
+            &next(&unplaced, origin, "").unwrap_err(),
+            "of 1 rows and 2 columns .. the scenario's own map",
+        );
+        let same = unplaced
+            .replace("\"columns\":2", "\"columns\":4")
+            .replace("[0.1,0.2]", "[0,0,0,0,0.1,0.2,0.3,0.4]");
+        let same = same.replace("\"rows\":1", "\"rows\":2");
+        assert_prior(&next(&same, origin, "").unwrap(), &[0.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.3, 0.4]);
     }
 }

@@ -1,4 +1,4 @@
-//! Features of a file of either format: shapes with a name and properties.
+//! Features of a file of any format: shapes with a name and properties.
 
 use std::collections::BTreeMap;
 

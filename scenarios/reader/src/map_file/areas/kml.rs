@@ -17,9 +17,7 @@ const MAX_NODES: u32 = 1_000_000;
 const MAX_ATTRIBUTES: usize = 100;
 
 pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileError> {
-    check_attributes(file, text)?;
-    let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|error| syntax(file, &error))?;
+    let document = parsed(file, text)?;
     let root = document.root_element();
     if root.tag_name().name() != "kml" {
         let found = format!("<{}>", root.tag_name().name());
@@ -57,7 +55,14 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
     Ok(features)
 }
 
-/// The text of a KML file: in the encoding that its XML declaration names, as older programs write it, or in UTF-8 or
+/// An XML text, within limits.
+pub(super) fn parsed<'a>(file: &Path, text: &'a str) -> Result<Document<'a>, MapFileError> {
+    check_attributes(file, text)?;
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
+    Document::parse_with_options(text, options).map_err(|error| syntax(file, &error))
+}
+
+/// The text of an XML file: in the encoding that its XML declaration names, as older programs write it, or in UTF-8 or
 /// UTF-16.
 pub(super) fn decoded(file: &Path, bytes: Vec<u8>) -> Result<String, MapFileError> {
     let Some(label) = declared_encoding(&bytes) else {
@@ -241,12 +246,12 @@ impl Reader<'_> {
     }
 }
 
-fn is(node: Node<'_, '_>, name: &str) -> bool {
+pub(super) fn is(node: Node<'_, '_>, name: &str) -> bool {
     node.is_element() && node.tag_name().name() == name
 }
 
 /// All text of the first child of a name.
-fn text_of(node: Node<'_, '_>, name: &str) -> Option<String> {
+pub(super) fn text_of(node: Node<'_, '_>, name: &str) -> Option<String> {
     node.children().find(|child| is(*child, name)).map(text_in)
 }
 

@@ -1,0 +1,280 @@
+//! One subject: a search for exactly one object, which is in one of the searched cells or outside of all of them.
+//!
+//! A [`Belief`] takes cells for independent: each has a probability of its own, and evidence about one says nothing about
+//! another. If exactly one object is sought, evidence about a cell moves all others: where the subject is not, it is less
+//! likely to be, and elsewhere, also outside of the searched area, more likely. The evidence is the same sum in both cases
+//! ([`crate::evidence`]), so this is a view on a belief, computed on demand.
+//!
+//! # Derivation
+//!
+//! Let `H(i)` say that the subject is in cell `i`, with the prior probability of area `p(i)` (POA), and `H(0)` that it is in
+//! the rest of the world (ROW), with `r = 1 - sum p(i)`. Readings are independent given where the subject is, and under
+//! `H(i)` only those of cell `i` have another distribution than under `H(0)`, under which all cells are empty. So all
+//! readings together are `e^l(i)` times as likely under `H(i)` as under `H(0)`, where `l(i)` is the log-likelihood ratio of
+//! the readings of cell `i` alone ([`crate::evidence::CellEvidence::log_likelihood_ratio_nats`]). By Bayes' rule
+//!
+//! ```text
+//! P(i) = p(i) e^l(i) / Z,     P(0) = r / Z,     Z = r + sum over cells j of p(j) e^l(j)
+//! ```
+//!
+//! A search by eye that found nothing has `e^l(i) = 1 - POD(i)`. Then `Z = 1 - sum p(i) POD(i)`, one minus the cumulative
+//! probability of success of search planning, and `P` is its updated POA. Before any reading `Z = 1`.
+//!
+//! Sources: B. O. Koopman, "Search and Screening" (1946; Pergamon, 1980); L. D. Stone, "Theory of Optimal Search" (1975),
+//! where the target may be outside of the searched region with positive probability; IAMSAR Manual, Volume II, chapter 4
+//! (POC or POA, POD, POS). Departures: evidence is that of readings, which may speak for a subject as well, and cells that
+//! an operator adds to the area take their mass from all places in proportion, since `Z` divides by what there is.
+
+use crate::belief::Belief;
+use crate::cell::Cell;
+use crate::reach::Reach;
+use crate::terrain::Terrain;
+
+/// That exactly one object is sought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneSubject {
+    rest_of_world: f64,
+}
+
+impl OneSubject {
+    /// A subject that is outside of the searched cells with this prior probability, 0 to below 1; `None` for other
+    /// numbers.
+    #[must_use]
+    pub fn new(rest_of_world: f64) -> Option<Self> {
+        (0.0..1.0).contains(&rest_of_world).then_some(Self { rest_of_world })
+    }
+
+    /// Prior probability that the subject is outside of the searched cells, 0 to below 1.
+    #[must_use]
+    pub const fn rest_of_world(self) -> f64 {
+        self.rest_of_world
+    }
+
+    /// Where the subject is, given all evidence. [`Belief::prior_probability`] of a cell is its probability of area;
+    /// together they are one minus [`OneSubject::rest_of_world`], up to rounding and added cells. Equal evidence gives
+    /// equal bits.
+    #[must_use]
+    pub fn posterior(self, belief: &Belief) -> SubjectPosterior {
+        let prior = belief.prior_log_odds();
+        let cells = prior.iter().zip(belief.evidence().cells());
+        let mut probability: Vec<f64> =
+            cells.map(|(prior, it)| ln_probability(*prior) + it.log_likelihood_ratio_nats()).collect();
+        let rest_nats = self.rest_of_world.ln();
+        // Strong evidence exceeds the range of exponentials: all are divided by the greatest.
+        let greatest_nats = probability.iter().copied().fold(rest_nats, f64::max);
+        if greatest_nats == f64::NEG_INFINITY {
+            // Nothing is searched.
+            return SubjectPosterior { probability: vec![0.0; probability.len()], rest_of_world: 1.0 };
+        }
+        let rest = (rest_nats - greatest_nats).exp();
+        let mut sum = rest;
+        for mass in &mut probability {
+            *mass = (*mass - greatest_nats).exp();
+            sum += *mass;
+        }
+        for mass in &mut probability {
+            *mass /= sum;
+        }
+        SubjectPosterior { probability, rest_of_world: rest / sum }
+    }
+}
+
+/// `ln p` of log-odds `ln(p / (1 - p))`.
+fn ln_probability(log_odds_nats: f64) -> f64 {
+    // exp overflows to infinity at -inf, whose logarithm is right.
+    if log_odds_nats < 0.0 {
+        log_odds_nats - log_odds_nats.exp().ln_1p()
+    } else {
+        -(-log_odds_nats).exp().ln_1p()
+    }
+}
+
+/// Where the one subject is: probabilities of all cells and of the rest of the world, which add up to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SubjectPosterior {
+    probability: Vec<f64>,
+    rest_of_world: f64,
+}
+
+/// The posterior by what was declared; the three add up to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Standing {
+    /// Probability of success (POS): that the subject is in a declared cell.
+    pub success: f64,
+    /// Probability that it is in another searched cell.
+    pub remaining: f64,
+    /// Probability that it is in the rest of the world (ROW).
+    pub rest_of_world: f64,
+}
+
+impl SubjectPosterior {
+    /// Probability that the subject is in a cell.
+    #[must_use]
+    pub fn probability(&self, cell: Cell) -> f64 {
+        self.probability[cell.index()]
+    }
+
+    /// Probability of each cell, shape `[cells]`; 0 where nothing is searched.
+    #[must_use]
+    pub fn probabilities(&self) -> &[f64] {
+        &self.probability
+    }
+
+    /// Probability that the subject is outside of all searched cells.
+    #[must_use]
+    pub const fn rest_of_world(&self) -> f64 {
+        self.rest_of_world
+    }
+
+    /// The expected number of the one subject, 0 to 1, in cells in reach that are not declared.
+    #[must_use]
+    pub fn expected_remaining(
+        &self,
+        terrain: &Terrain,
+        reach: &Reach,
+        is_declared: impl Fn(Cell) -> bool,
+    ) -> f64 {
+        let remaining = terrain.searched_cells().filter(|&cell| reach.covers(cell) && !is_declared(cell));
+        remaining.map(|cell| self.probability(cell)).sum::<f64>() + 0.0
+    }
+
+    /// The posterior by which cells are declared. As long as the prior and the sensor's model are right, the subject is in
+    /// a declared cell as often as [`Standing::success`] says, whenever and by whatever rule the search ends.
+    #[must_use]
+    pub fn standing(&self, terrain: &Terrain, is_declared: impl Fn(Cell) -> bool) -> Standing {
+        let (mut success, mut remaining) = (0.0, 0.0);
+        for cell in terrain.searched_cells() {
+            let share = if is_declared(cell) { &mut success } else { &mut remaining };
+            *share += self.probability(cell);
+        }
+        Standing { success, remaining, rest_of_world: self.rest_of_world }
+    }
+
+    /// The same probabilities as a belief without evidence, to be shown like any other.
+    #[must_use]
+    pub fn shown(&self, terrain: &Terrain) -> Option<Belief> {
+        let log_odds_nats = self.probability.iter().map(|p| (p / (1.0 - p)).ln()).collect();
+        Belief::from_log_odds(terrain, log_odds_nats).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::evidence::Reading;
+    use crate::reach::Sight;
+
+    fn field(drawing: &str, prior: &[f64]) -> (Terrain, Belief, Vec<Cell>) {
+        let terrain = Terrain::from_ascii(drawing, 1.0).unwrap();
+        let cells = terrain.grid().cells().collect();
+        let belief = Belief::new(&terrain, prior).unwrap();
+        (terrain, belief, cells)
+    }
+
+    fn tell(belief: &mut Belief, cell: Cell, nats: f64) {
+        let value = if nats > 0.0 { 1.0 } else { 0.0 };
+        belief.add(&Reading::with_nats(cell, value, nats.abs()));
+    }
+
+    fn assert_near(given: &[f64], expected: &[f64]) {
+        let is_near = |(given, expected): (&f64, &f64)| (given - expected).abs() < 1e-4;
+        assert!(given.len() == expected.len() && given.iter().zip(expected).all(is_near), "{given:?}");
+    }
+
+    /// The numbers by hand: half of the mass of the first cell is searched with POD 0.8, and nothing is found.
+    #[test]
+    fn what_is_not_here_is_more_likely_elsewhere() {
+        let (_, mut belief, cells) = field("...", &[0.5, 0.3, 0.1]);
+        let subject = OneSubject::new(0.1).unwrap();
+        assert_near(subject.posterior(&belief).probabilities(), &[0.5, 0.3, 0.1]);
+        tell(&mut belief, cells[0], 0.2_f64.ln());
+        let posterior = subject.posterior(&belief);
+        assert_near(posterior.probabilities(), &[0.1 / 0.6, 0.3 / 0.6, 0.1 / 0.6]);
+        assert_near(&[posterior.rest_of_world()], &[0.1 / 0.6]);
+        tell(&mut belief, cells[1], 0.1_f64.ln());
+        tell(&mut belief, cells[2], 0.1_f64.ln());
+        let z = 0.1 + 0.03 + 0.01 + 0.1;
+        assert_near(&[subject.posterior(&belief).rest_of_world()], &[0.1 / z]);
+    }
+
+    #[test]
+    fn a_find_takes_the_mass_of_all_other_places_and_two_contradict_each_other() {
+        let (terrain, mut belief, cells) = field("....", &[0.2; 4]);
+        let subject = OneSubject::new(0.2).unwrap();
+        tell(&mut belief, cells[0], 10.0);
+        let standing = subject.posterior(&belief).standing(&terrain, |cell| cell == cells[0]);
+        assert!(standing.success > 0.999 && standing.remaining < 1e-3, "{standing:?}");
+        tell(&mut belief, cells[3], 10.0);
+        let posterior = subject.posterior(&belief);
+        assert_near(posterior.probabilities(), &[0.5, 0.0, 0.0, 0.5]);
+        assert!(
+            cells.iter().all(|&cell| belief.probability(cell) > 0.999 || belief.probability(cell) < 0.21)
+        );
+    }
+
+    #[test]
+    fn certain_evidence_and_certain_areas_stay_numbers() {
+        let (terrain, mut belief, cells) = field("..,", &[0.7, 0.3, 0.9]);
+        let inside = OneSubject::new(0.0).unwrap();
+        for cell in [cells[0], cells[1]] {
+            for _ in 0..40 {
+                tell(&mut belief, cell, -40.0);
+            }
+        }
+        assert_near(inside.posterior(&belief).probabilities(), &[0.7, 0.3, 0.0]);
+        assert_near(&[OneSubject::new(0.01).unwrap().posterior(&belief).rest_of_world()], &[1.0]);
+        for _ in 0..60 {
+            tell(&mut belief, cells[1], 40.0);
+        }
+        assert_near(inside.posterior(&belief).probabilities(), &[0.0, 1.0, 0.0]);
+        let nowhere = Belief::uniform(&terrain, 0.0).unwrap();
+        assert_near(&[inside.posterior(&nowhere).rest_of_world()], &[1.0]);
+        for wrong in [-0.1, 1.0, f64::NAN] {
+            assert_eq!(OneSubject::new(wrong), None);
+        }
+    }
+
+    #[test]
+    fn the_subject_remains_in_cells_in_reach_that_are_not_declared() {
+        let (terrain, belief, cells) = field(".~~~", &[0.2; 4]);
+        let posterior = OneSubject::new(0.2).unwrap().posterior(&belief);
+        let mut reach = Reach::unknown(terrain.grid());
+        let remaining =
+            |reach: &Reach| posterior.expected_remaining(&terrain, reach, |cell| cell == cells[0]);
+        assert_near(&[remaining(&reach)], &[0.6]);
+        reach.add_robot(&terrain, Sight::on_ground(1), cells[0]);
+        assert_near(&[remaining(&reach)], &[0.2]);
+        let shown = posterior.shown(&terrain).unwrap();
+        assert_near(&shown.probabilities(), posterior.probabilities());
+    }
+
+    proptest! {
+        /// By enumeration: the joint probability of each place with independent readings, divided by their sum.
+        #[test]
+        fn the_posterior_is_that_of_all_places_together(
+            weights in prop::collection::vec(0.01_f64..1.0, 5), nats in prop::collection::vec(-6.0_f64..6.0, 4),
+        ) {
+            let sum: f64 = weights.iter().sum();
+            let prior: Vec<f64> = weights.iter().map(|weight| weight / sum).collect();
+            let (terrain, mut belief, cells) = field("....", &prior[..4]);
+            for (&cell, &nats) in cells.iter().zip(&nats) {
+                if nats.abs() > 0.01 {
+                    tell(&mut belief, cell, nats);
+                }
+            }
+            let likelihood = |cell: Cell| belief.evidence().of(cell).log_likelihood_ratio_nats().exp();
+            let mut joint: Vec<f64> = cells.iter().map(|&cell| prior[cell.index()] * likelihood(cell)).collect();
+            joint.push(prior[4]);
+            let total: f64 = joint.iter().sum();
+            let posterior = OneSubject::new(prior[4]).unwrap().posterior(&belief);
+            for (&cell, joint) in cells.iter().zip(&joint) {
+                prop_assert!((posterior.probability(cell) - joint / total).abs() < 1e-9);
+            }
+            let all = posterior.standing(&terrain, |cell| cell == cells[0]);
+            prop_assert!((all.success + all.remaining + all.rest_of_world - 1.0).abs() < 1e-12);
+            prop_assert!((all.success - joint[0] / total).abs() < 1e-9);
+        }
+    }
+}
