@@ -60,10 +60,10 @@ def test_the_code_of_the_guide_runs(monkeypatch):
     monkeypatch.chdir(ROOT)
     names = {"np": np, "torch": torch}
     count = 0
-    for page in ("docs/python.md", "python/README.md"):
+    for page in ("docs/python.md", "python/README.md", "docs/benchmark.md"):
         for block in re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.DOTALL):
             few = block.replace("10_000", "64").replace("seeds=100", "seeds=2")
             exec(compile(few, page, "exec"), names)
             count += 1
-    assert count >= 9
+    assert count >= 10
     assert {row["policy"] for row in names["table"]} == {"mine", "tour"}
