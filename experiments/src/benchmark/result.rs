@@ -342,8 +342,8 @@ pub(super) mod tests {
 
     #[test]
     fn a_result_of_another_version_track_or_summary_is_refused_whatever_its_digest() {
-        let result = greedy();
         type Edit<'a> = &'a dyn Fn(&mut BenchmarkResult);
+        let result = greedy();
         let cases: [(Edit, &str); 7] = [
             (&|it| it.program.version = "1.2.4".to_owned(), "of dragnet 1.2.4; this is 1.2.3"),
             (&|it| it.track.name = "smok".to_owned(), "no such track; allowed are smoke, single"),
