@@ -259,7 +259,6 @@ fn program() -> Program {
     Program { version: env!("CARGO_PKG_VERSION").to_owned(), commit: None }
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "as map_err passes it")]
 fn refused(error: ExperimentError) -> PyErr {
     match error {
         ExperimentError::Input(message) => PyValueError::new_err(message),
