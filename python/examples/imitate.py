@@ -147,7 +147,7 @@ class Learned:
         return step
 
 
-def main(demonstrations=200, epochs=14, seeds=100):
+def main(demonstrations=200, epochs=14, seeds=400):
     random = np.random.default_rng(0)
     # Other episodes than those of the comparison, whose seeds are small.
     parts = [demonstrate(1_000_000 + number, random) for number in range(demonstrations)]
