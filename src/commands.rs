@@ -1,6 +1,7 @@
 //! The subcommands, one file each, and their errors.
 
 mod agent;
+mod benchmark;
 mod calibrate;
 mod check;
 mod compare;
@@ -48,6 +49,7 @@ pub(crate) enum Command {
     Plan(plan::Arguments),
     Forecast(forecast::Arguments),
     Compare(compare::Arguments),
+    Benchmark(benchmark::Arguments),
     Demonstrate(demonstrate::Arguments),
     Train(train::Arguments),
     Merge(merge::Arguments),
@@ -85,6 +87,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Plan(arguments) => plan::execute(&arguments),
         Command::Forecast(arguments) => forecast::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
+        Command::Benchmark(arguments) => benchmark::execute(&arguments),
         Command::Demonstrate(arguments) => demonstrate::execute(&arguments),
         Command::Train(arguments) => train::execute(&arguments),
         Command::Merge(arguments) => merge::execute(&arguments),

@@ -8,7 +8,19 @@ use clap::Command;
 const GROUPS: [(&str, &[&str]); 5] = [
     (
         "Search",
-        &["run", "plan", "scenarios", "forecast", "compare", "paper", "merge", "check", "schema", "soak"],
+        &[
+            "run",
+            "plan",
+            "scenarios",
+            "forecast",
+            "compare",
+            "benchmark",
+            "paper",
+            "merge",
+            "check",
+            "schema",
+            "soak",
+        ],
     ),
     ("Learn", &["demonstrate", "train"]),
     ("Field", &["agent", "coordinator", "doctor", "calibrate", "detect", "sim", "relay"]),

@@ -14,4 +14,4 @@ pub use design::Design;
 pub use dragnet_sim::comparison::bound::Gap;
 pub use dragnet_sim::comparison::{Difference, Estimate, Interval, Row, Trial, differences};
 pub use estimate::estimate;
-pub use experiment::{Case, Experiment};
+pub use experiment::{Case, Experiment, run_episodes};

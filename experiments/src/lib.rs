@@ -4,14 +4,16 @@
 //!
 //! 1. [`seeds`], [`shard`], [`jobs`]: seeds, their division among processes, and parallel jobs;
 //! 2. [`comparison`]: comparisons of policies over scenarios and seeds;
-//! 3. [`forecast`]: what a search is expected to find, and when;
-//! 4. [`paper`]: the paper's tables and figures, measured again, as one page;
-//! 5. [`demonstrations`]: recording of experts' decisions for training;
-//! 6. [`plot`]: curves as drawings.
+//! 3. [`benchmark`]: frozen tracks, and results on them that others can verify;
+//! 4. [`forecast`]: what a search is expected to find, and when;
+//! 5. [`paper`]: the paper's tables and figures, measured again, as one page;
+//! 6. [`demonstrations`]: recording of experts' decisions for training;
+//! 7. [`plot`]: curves as drawings.
 //!
 //! This crate reads no command line and writes to no terminal. The caller passes the program's version and receives
 //! [`progress`].
 
+pub mod benchmark;
 pub mod comparison;
 pub mod demonstrations;
 mod error;

@@ -7,7 +7,8 @@ A scenario (its file, the name of one of :func:`scenarios`, or a :class:`Scenari
 - :class:`SearchVectorEnv`: many of them side by side, batched in Rust;
 - :func:`parallel_env`: a team, a PettingZoo parallel environment;
 - :class:`TeamVectorEnv`: many teams side by side, batched in Rust;
-- :class:`Policy`: our policies, as baselines; :func:`compare`: policies, ours and your own, against each other;
+- :class:`Policy`: our policies, as baselines; :func:`compare`: policies, ours and your own, against each other; :mod:`benchmark`: the same on frozen tracks,
+  with results that others can verify;
 - :func:`read_recording`: a recording as arrays.
 
 Cells are numbered row by row: ``cell = row * columns + column``, row 0 in the south, column 0 in the west. Arrays of shape
@@ -16,6 +17,7 @@ Cells are numbered row by row: ``cell = row * columns + column``, row 0 in the s
 
 import gymnasium as _gymnasium
 
+from . import benchmark
 from ._dragnet import VERSION as __version__
 from .comparison import Table, compare
 from .env import SearchEnv
@@ -38,6 +40,7 @@ __all__ = [
     "Table",
     "TeamVectorEnv",
     "__version__",
+    "benchmark",
     "compare",
     "parallel_env",
     "policy_names",

@@ -83,7 +83,7 @@ def compare(
     is no integer a ``TypeError``.
     """
     several = scenarios if isinstance(scenarios, (list, tuple)) else [scenarios]
-    given = _by_name(policies)
+    given = by_name(policies)
     chosen = []
     for scenario in map(as_scenario, several):
         if robots is not None:
@@ -99,7 +99,7 @@ def compare(
     table, differences = Table(), Table()
     for scenario in chosen:
         competitors = [
-            (name, policy if isinstance(policy, str) else _Caller(name, policy, scenario, observation, frame, control))
+            (name, policy if isinstance(policy, str) else Caller(name, policy, scenario, observation, frame, control))
             for name, policy in given.items()
         ]
         rows, compared = _dragnet.compare(
@@ -111,7 +111,7 @@ def compare(
     return table
 
 
-def _by_name(policies: Sequence[str] | Mapping[str, str | Decide]) -> dict[str, str | Decide]:
+def by_name(policies: Sequence[str] | Mapping[str, str | Decide]) -> dict[str, str | Decide]:
     if isinstance(policies, Mapping):
         for name, policy in policies.items():
             if not isinstance(name, str):
@@ -126,7 +126,7 @@ def _by_name(policies: Sequence[str] | Mapping[str, str | Decide]) -> dict[str, 
     return {_dragnet.policy_label(policy): policy for policy in policies}
 
 
-class _Caller:
+class Caller:
     """A callable that robots ask: makes its observations, and checks its actions."""
 
     def __init__(

@@ -24,7 +24,7 @@ pub(crate) enum Competitor {
 }
 
 /// One policy on one scenario.
-struct Case {
+pub(crate) struct Case {
     setting: Setting,
     field: Arc<Field>,
     scenario: dragnet_scenario::Scenario,
@@ -88,7 +88,13 @@ pub(crate) fn policy_label(text: &str) -> PyResult<String> {
     Ok(policy_field(text)?.to_string())
 }
 
-fn case(py: Python<'_>, scenario: &Scenario, policy: &Competitor, interface: &Interface) -> PyResult<Case> {
+/// A policy on a scenario.
+pub(crate) fn case(
+    py: Python<'_>,
+    scenario: &Scenario,
+    policy: &Competitor,
+    interface: &Interface,
+) -> PyResult<Case> {
     let of_robots = |field: PolicyField| scenario.inner().with_policy(field).map_err(|error| refused(&error));
     let (scenario_of_case, callable) = match policy {
         Competitor::Named(_, text) => (of_robots(policy_field(text)?)?, None),
@@ -131,21 +137,24 @@ impl Case {
 
     /// Runs episodes one after the other, since there is one interpreter; the first exception ends them.
     fn call(&self, py: Python<'_>, seeds: &[u64]) -> PyResult<Row> {
-        let Some(callable) = &self.callable else { return self.run(seeds).map_err(PyRuntimeError::new_err) };
-        let mut trials = Vec::new();
-        for &seed in seeds {
-            py.check_signals()?;
-            callable.reset(py, seed)?;
-            let caller = |robot| -> Box<dyn Policy + Send> {
-                Box::new(Caller::new(callable, &self.field, seed, robot))
-            };
-            let trial = comparison::run_with(&self.setting, &self.scenario, seed, caller);
-            if let Some(failure) = callable.failure() {
-                return Err(failure);
-            }
-            trials.push(trial.map_err(|error| PyRuntimeError::new_err(error.to_string()))?);
-        }
+        let trials = seeds.iter().map(|&seed| self.call_once(py, seed)).collect::<PyResult<_>>()?;
         Ok(Row::new(&self.setting, trials))
+    }
+
+    /// Runs the episode of a seed; its first exception ends it.
+    pub(crate) fn call_once(&self, py: Python<'_>, seed: u64) -> PyResult<Trial> {
+        let Some(callable) = &self.callable else {
+            return self.trial(seed).map_err(PyRuntimeError::new_err);
+        };
+        py.check_signals()?;
+        callable.reset(py, seed)?;
+        let caller =
+            |robot| -> Box<dyn Policy + Send> { Box::new(Caller::new(callable, &self.field, seed, robot)) };
+        let trial = comparison::run_with(&self.setting, &self.scenario, seed, caller);
+        if let Some(failure) = callable.failure() {
+            return Err(failure);
+        }
+        trial.map_err(|error| PyRuntimeError::new_err(error.to_string()))
     }
 
     fn row(&self, trials: Result<Vec<Trial>, String>) -> Result<Row, String> {

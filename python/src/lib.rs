@@ -8,7 +8,7 @@
 //! - `team`: the same of teams, stepped by one move of every robot at a time;
 //! - `lanes`, `actions`, `arrays`, `measures`: what both are made of;
 //! - `pool`: threads that survive `fork`;
-//! - `policy`, `compare`, `recording`: decisions, comparisons and recordings;
+//! - `policy`, `compare`, `benchmark`, `recording`: decisions, comparisons, results on frozen tracks, and recordings;
 //! - `callable`: a policy that is a callable in Python.
 //!
 //! The interpreter lock is released while a search advances.
@@ -16,6 +16,7 @@
 mod actions;
 mod arrays;
 mod batch;
+mod benchmark;
 mod callable;
 mod choice;
 mod compare;
@@ -32,6 +33,8 @@ mod team;
 mod _dragnet {
     #[pymodule_export]
     use crate::batch::Batch;
+    #[pymodule_export]
+    use crate::benchmark::{BenchmarkResult, Track, benchmark_tracks};
     #[pymodule_export]
     use crate::compare::{compare, policy_label};
     #[pymodule_export]

@@ -48,7 +48,7 @@ impl Scenario {
         Arc::clone(&self.field)
     }
 
-    fn new(scenario: dragnet_scenario::Scenario) -> Self {
+    pub(crate) fn new(scenario: dragnet_scenario::Scenario) -> Self {
         Self { field: Arc::new(Field::new(scenario)) }
     }
 

@@ -21,7 +21,7 @@ pub use difference::{Difference, Interval, Verdict, baseline, differences};
 pub use latencies::Latencies;
 pub use row::{CellsToRecall, DecisionTimes, Estimate, MeanCurve, Row};
 pub use setting::{Setting, digest};
-pub use trial::{PARTIAL_RECALLS, Trial};
+pub use trial::{PARTIAL_RECALLS, Trial, restricted};
 
 /// Runs an episode of a setting, until all robots rest or, unless the setting says otherwise, every object is found.
 ///

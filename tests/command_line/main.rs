@@ -5,6 +5,7 @@
 )]
 
 mod bad_input;
+mod benchmark;
 mod calibrate;
 mod compare;
 mod demonstrations;

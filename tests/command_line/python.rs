@@ -58,6 +58,11 @@ fn policies_written_in_python_are_compared_with_the_built_in_ones() {
 }
 
 #[test]
+fn policies_written_in_python_are_measured_on_the_benchmark() {
+    check("test_benchmark.py");
+}
+
+#[test]
 fn an_episode_in_python_is_that_of_the_command_line() {
     check("test_equality.py");
 }

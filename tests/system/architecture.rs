@@ -87,6 +87,7 @@ const ARROWS: [(&str, &[&str]); 23] = [
             "dragnet-proto",
             "dragnet-coordinator",
             "dragnet-sim",
+            "dragnet-experiments",
         ],
     ),
     (

@@ -46,10 +46,7 @@ impl Experiment {
         threads: Option<u16>,
         progress: &dyn Progress,
     ) -> Result<Done<Trial>, ExperimentError> {
-        UtilityTable::warm_up();
-        jobs::run(&self.share(shard), threads, "episodes", progress, |(case, seed)| {
-            case.run(*seed).map_err(ExperimentError::run)
-        })
+        run_episodes(&self.share(shard), threads, progress)
     }
 
     /// The least path length to full recall that any policy needs in the mean, cells, by scenario.
@@ -82,6 +79,21 @@ impl Experiment {
     fn share(&self, shard: Shard) -> Vec<(&Case, u64)> {
         self.design().share(shard).map(|(_, setting, seed)| (&self.cases[setting], seed)).collect()
     }
+}
+
+/// Runs episodes, each of a case with a seed, on this many threads, by default one for each core.
+///
+/// # Errors
+/// If an episode fails, or the system provides no threads.
+pub fn run_episodes(
+    episodes: &[(&Case, u64)],
+    threads: Option<u16>,
+    progress: &dyn Progress,
+) -> Result<Done<Trial>, ExperimentError> {
+    UtilityTable::warm_up();
+    jobs::run(episodes, threads, "episodes", progress, |(case, seed)| {
+        case.run(*seed).map_err(ExperimentError::run)
+    })
 }
 
 impl Case {

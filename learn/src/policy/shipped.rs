@@ -28,14 +28,14 @@ pub enum Shipped {
 
 type Lazy = LazyLock<Arc<Network>>;
 
-static GENERAL: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn.safetensors")));
-static GREEDY_ICC: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy.safetensors")));
-static GREEDY_AT: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy-at.safetensors")));
-static GREEDY_OA: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy-oa.safetensors")));
-static GREEDY_FOUR: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-greedy-four.safetensors")));
-static PATH_ICC: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-path.safetensors")));
-static TOUR: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-tour.safetensors")));
-static PATH_AT: Lazy = Lazy::new(|| read(include_bytes!("../../weights/gnn-path-at.safetensors")));
+static GENERAL: Lazy = Lazy::new(|| read(Shipped::General));
+static GREEDY_ICC: Lazy = Lazy::new(|| read(Shipped::GreedyIceCreamCone));
+static GREEDY_AT: Lazy = Lazy::new(|| read(Shipped::GreedyAllTraversable));
+static GREEDY_OA: Lazy = Lazy::new(|| read(Shipped::GreedyOpenAsterisk));
+static GREEDY_FOUR: Lazy = Lazy::new(|| read(Shipped::GreedyFigureFour));
+static PATH_ICC: Lazy = Lazy::new(|| read(Shipped::PathIceCreamCone));
+static TOUR: Lazy = Lazy::new(|| read(Shipped::Tour));
+static PATH_AT: Lazy = Lazy::new(|| read(Shipped::PathAllTraversable));
 
 impl Shipped {
     /// All built-in networks.
@@ -65,6 +65,21 @@ impl Shipped {
         }
     }
 
+    /// The bytes of its weights file.
+    #[must_use]
+    pub const fn weights(self) -> &'static [u8] {
+        match self {
+            Self::General => include_bytes!("../../weights/gnn.safetensors"),
+            Self::GreedyIceCreamCone => include_bytes!("../../weights/gnn-greedy.safetensors"),
+            Self::GreedyAllTraversable => include_bytes!("../../weights/gnn-greedy-at.safetensors"),
+            Self::GreedyOpenAsterisk => include_bytes!("../../weights/gnn-greedy-oa.safetensors"),
+            Self::GreedyFigureFour => include_bytes!("../../weights/gnn-greedy-four.safetensors"),
+            Self::PathIceCreamCone => include_bytes!("../../weights/gnn-path.safetensors"),
+            Self::Tour => include_bytes!("../../weights/gnn-tour.safetensors"),
+            Self::PathAllTraversable => include_bytes!("../../weights/gnn-path-at.safetensors"),
+        }
+    }
+
     /// The network; its weights are read once per process.
     #[must_use]
     pub fn network(self) -> Arc<Network> {
@@ -83,8 +98,8 @@ impl Shipped {
 
 /// Weights that are checked by a test of this crate.
 #[expect(clippy::expect_used, reason = "they are part of the program, and a test reads them all")]
-fn read(bytes: &[u8]) -> Arc<Network> {
-    let weights = Weights::from_bytes(bytes).expect("weights that are part of the program");
+fn read(shipped: Shipped) -> Arc<Network> {
+    let weights = Weights::from_bytes(shipped.weights()).expect("weights that are part of the program");
     Arc::new(Network::new(&weights))
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::trial::restricted;
 use super::{Latencies, PARTIAL_RECALLS, Setting, Trial};
@@ -52,7 +52,8 @@ pub struct Row {
 }
 
 /// A mean and its standard error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Estimate {
     /// Mean of the values.
     pub mean: f64,

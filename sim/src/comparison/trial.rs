@@ -67,7 +67,8 @@ impl Trial {
 }
 
 /// A path length (cells) restricted to the budget: one that was not reached counts as the budget.
-pub(super) fn restricted(cells: Option<f64>, budget_cells: f64) -> f64 {
+#[must_use]
+pub fn restricted(cells: Option<f64>, budget_cells: f64) -> f64 {
     cells.map_or(budget_cells, |cells| cells.min(budget_cells))
 }
 
