@@ -361,10 +361,12 @@ pub struct MissionTable {
     pub budget_seconds: Option<f64>,
     /// Whether each robot returns to its base, the cell that it starts in: its budget then covers the way back, and at the
     /// end of its search it drives there.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub return_to_base: bool,
     /// Share of each budget that no plan uses, at least 0 and below 1: for waits, detours and slow ground on the way back.
     /// It counts with `return_to_base` only.
     #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
+    #[serde(skip_serializing_if = "is_default_reserve")]
     pub budget_reserve: f64,
     /// Speed of a robot, meters per second, from 0.001; observations that imply a higher speed are rejected.
     #[schemars(range(min = 0.001))]
@@ -497,7 +499,7 @@ impl Default for MissionTable {
             budget_meters: None,
             budget_seconds: None,
             return_to_base: false,
-            budget_reserve: 0.1,
+            budget_reserve: BUDGET_RESERVE,
             speed_meters_per_second: 2.0,
             stop_when_expected_remaining: 0.05,
             heartbeat_seconds: 10.0,
@@ -512,6 +514,15 @@ impl Default for RecordingTable {
     fn default() -> Self {
         Self { file: None, belief_period_seconds: 10.0 }
     }
+}
+
+/// The usual reserve.
+const BUDGET_RESERVE: f64 = 0.1;
+
+// Not written, so that searches that do not use it are written as before.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_default_reserve(reserve: &f64) -> bool {
+    reserve.total_cmp(&BUDGET_RESERVE).is_eq()
 }
 
 const fn default_cell_meters() -> f64 {
