@@ -31,6 +31,8 @@ pub(super) struct Checks<'a> {
     patience: Duration,
     /// How many times as long as planned the slowest robot takes.
     slowest: f64,
+    /// Whether robots may drive home after their budget has ended.
+    may_come_late: bool,
     /// Robots that have to be at their bases at the end.
     returning: Vec<RobotId>,
     shadows: BTreeMap<Participant, Shadow>,
@@ -66,6 +68,8 @@ impl<'a> Checks<'a> {
                 + mission.stagger * team
                 + 2 * mission.heartbeat,
             slowest,
+            may_come_late: scenario.mission().return_reserve.is_some()
+                || faults.commands.iter().any(|(_, command)| *command == Command::Return),
             returning: returning(scenario, faults),
             shadows: BTreeMap::new(),
             published: BTreeMap::new(),
@@ -256,8 +260,7 @@ impl<'a> Checks<'a> {
             return Ok(());
         };
         // A robot that restarts late rests at once, or drives home first: as far as it had come, in the time that it takes.
-        let is_returning = self.scenario.mission().return_reserve.is_some();
-        let way_home = if is_returning { budget.mul_f64(self.slowest) } else { Duration::ZERO };
+        let way_home = if self.may_come_late { budget.mul_f64(self.slowest) } else { Duration::ZERO };
         let most = MissionTime::START + budget + way_home + self.patience + Duration::from_secs(200);
         if ended > most {
             let participant = Participant::Coordinator;
