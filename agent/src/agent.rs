@@ -672,7 +672,7 @@ impl Agent {
         let may_leave = activity.is_rest() && self.directive.order != TeamOrder::Pause;
         let (activity, path) = if may_leave { self.go_home(cell, activity) } else { (activity, path) };
         self.waiting = Waiting { since: now, known: self.known(), until: None };
-        if path.is_empty() && activity == self.activity {
+        if activity != Activity::Searching && activity == self.activity && path == self.plan {
             return;
         }
         self.activity = activity;

@@ -49,7 +49,9 @@ struct Shadow {
     /// The verdicts that it received or published, which the belief contains.
     verdicts: Verdicts,
     declared: BTreeSet<Cell>,
-    /// When it entered its cell, or began to search.
+    /// What it did last.
+    activity: Activity,
+    /// When it entered its cell, or began to search or to return.
     moved: MissionTime,
     /// The time of its last event: it is woken for every heartbeat.
     awake: MissionTime,
@@ -98,6 +100,7 @@ impl<'a> Checks<'a> {
             names: BTreeSet::new(),
             verdicts: Verdicts::default(),
             declared: BTreeSet::new(),
+            activity: Activity::Searching,
             moved: now,
             awake: now,
         })
@@ -174,7 +177,9 @@ impl<'a> Checks<'a> {
         let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
         let (sleep, patience) = (2 * self.scenario.mission().heartbeat, self.patience);
         let shadow = self.shadow(participant, now);
-        if !effects.activity.is_under_way() {
+        // A robot that is called back in the middle of a move begins another.
+        let has_changed = std::mem::replace(&mut shadow.activity, effects.activity) != effects.activity;
+        if has_changed || !effects.activity.is_under_way() {
             shadow.moved = now;
         }
         if effects.activity == Activity::Paused && effects.route.as_ref().is_some_and(|it| !it.is_empty()) {

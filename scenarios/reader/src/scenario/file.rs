@@ -362,10 +362,11 @@ pub struct MissionTable {
     /// Whether each robot returns to its base, the cell that it starts in: its budget then covers the way back, and at the
     /// end of its search it drives there.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub return_to_base: bool,
     /// Share of each budget that no plan uses, at least 0 and below 1: for waits, detours and slow ground on the way back.
     /// It counts with `return_to_base` only.
-    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1, "default" = BUDGET_RESERVE))]
     #[serde(skip_serializing_if = "is_default_reserve")]
     pub budget_reserve: f64,
     /// Speed of a robot, meters per second, from 0.001; observations that imply a higher speed are rejected.
