@@ -133,7 +133,10 @@ fn a_map_without_a_place_needs_an_origin() {
 #[test]
 fn a_recording_that_cannot_be_exported_is_rejected() {
     let place = searched();
-    place.refuse(&["export", "drawn.mcap", "--to", "a.shp"], &["a.shp", ".geojson, .kml, .gpx and .plan"]);
+    place.refuse(
+        &["export", "drawn.mcap", "--to", "a.shp"],
+        &["a.shp", ".geojson, .kml, .gpx, .plan and .belief.json"],
+    );
     place.refuse(&["export", "drawn.toml", "--to", "a.kml"], &["drawn.toml", "not a recording"]);
     place.refuse(&["export", "drawn.mcap", "--to", "a.plan"], &["no robot has a plan", "--at 0"]);
     place.refuse(&["export", "drawn.mcap", "--to", "areas.geojson"], &["areas.geojson", "exists already"]);

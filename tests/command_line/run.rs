@@ -27,6 +27,7 @@ fn one_json_object_holds_all_measures() {
         "f1",
         "auc_f1",
         "path_cells",
+        "robots_at_base",
         "mission_time_s",
         "expected_remaining",
         "last_find_s",

@@ -88,7 +88,7 @@ async function reach(page) {
     await page.keyboard.press("Tab");
     reached.add(await page.evaluate(() => document.activeElement?.id));
   }
-  const controls = ["sound", "ground", "zoom-in", "zoom-out", "whole", "measure", "base-probability", "pause", "searched", "clue", "area"];
+  const controls = ["sound", "ground", "zoom-in", "zoom-out", "whole", "measure", "base-probability", "pause", "return", "searched", "clue", "area"];
   for (const id of controls) assert.ok(reached.has(id), `${id} by Tab`);
   const unnamed = await page.locator("button:visible, input:visible, select:visible").evaluateAll((all) =>
     all.filter((it) => !(it.textContent.trim() || it.labels?.length || it.ariaLabel)).map((it) => it.id));
@@ -106,7 +106,7 @@ async function fits(page) {
     for (const [id, box] of boxes) {
       assert.ok(box.top >= 0 && box.left >= 0 && box.bottom <= height && box.right <= width, `${id} on ${width} x ${height}`);
     }
-    assert.equal(boxes.length, 5, "the map and four commands");
+    assert.equal(boxes.length, 6, "the map and five commands");
     const stage = boxes.find(([id]) => id === "stage")[1];
     assert.ok(stage.height > 0.45 * height, `${stage.height} pixels of map on ${width} x ${height}`);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth);
