@@ -48,18 +48,6 @@ impl Field {
         self.robot.react(MissionTime(seconds * SECOND), Event::Sensed { cell, readings })
     }
 
-    /// The first observation of robot 1, of nothing in this cell.
-    fn robot_observation(&self, from: Cell) -> Arc<Observation> {
-        let readings = vec![Reading { cell: from, value: 0.0, variance: 0.001 }];
-        Arc::new(Observation {
-            origin: Origin::first(RobotId::FIRST),
-            sequence: 0,
-            time_ns: 0,
-            from,
-            readings,
-        })
-    }
-
     fn receive(&mut self, seconds: u64, from: u16, message: Message) -> Effects<Message> {
         let from = Participant::Robot(RobotId::new(from).unwrap());
         self.robot.react(MissionTime(seconds * SECOND), Event::Received { from, message })
@@ -202,14 +190,15 @@ fn a_robot_with_a_base_comes_home_late_rather_than_never() {
 fn a_restarted_robot_goes_back_to_where_it_started_first() {
     let mut before = Field::new(1, "budget_meters = 900.0\nreturn_to_base = true");
     let path = before.sense(0, before.cell(0, 0)).route.unwrap();
-    let mut stored = Vec::new();
+    let start = before.cell(0, 0);
+    let readings = vec![Reading { cell: start, value: 0.0, variance: 0.001 }];
+    let origin = Origin::first(RobotId::FIRST);
+    let mut stored = vec![Arc::new(Observation { origin, sequence: 0, time_ns: 0, from: start, readings })];
     for (step, &cell) in (1..).zip(&path) {
         stored.extend(before.sense(15 * step, cell).kept);
     }
-    let start = before.cell(0, 0);
     let mut field = Field::new(1, "budget_meters = 900.0\nreturn_to_base = true");
-    let first = field.robot_observation(start);
-    for observation in std::iter::once(&first).chain(&stored) {
+    for observation in &stored {
         field.robot.recall(observation);
     }
     let mut route = field.sense(600, *path.last().unwrap()).route.unwrap();

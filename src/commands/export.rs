@@ -127,17 +127,17 @@ fn exported(arguments: &Arguments, format: Format, playback: &Playback) -> Resul
 }
 
 fn account(arguments: &Arguments, playback: &Playback) -> Result<Account, Failure> {
-    Account::new(playback, arguments.origin, arguments.at).map_err(|error| of_recording(arguments, error))
+    Account::new(playback, arguments.origin, arguments.at).map_err(|error| of_recording(arguments, &error))
 }
 
-fn of_recording(arguments: &Arguments, error: ExportError) -> Failure {
+fn of_recording(arguments: &Arguments, error: &ExportError) -> Failure {
     Failure::Input(format!("{}: {error}", arguments.recording.display()))
 }
 
 /// The plans, one file for each robot.
 fn plans(arguments: &Arguments, playback: &Playback) -> Result<Exported, Failure> {
     let account = account(arguments, playback)?;
-    let texts = plan::texts(&account).map_err(|error| of_recording(arguments, error))?;
+    let texts = plan::texts(&account).map_err(|error| of_recording(arguments, &error))?;
     let stem = arguments.to.file_stem().unwrap_or_default().to_string_lossy();
     let named = |robot| arguments.to.with_file_name(format!("{stem}-robot-{robot}.plan"));
     let files = texts.into_iter().map(|(robot, text)| (named(robot), text)).collect();
@@ -152,7 +152,7 @@ fn believed(arguments: &Arguments, playback: &Playback) -> Result<Exported, Fail
         return Err(Failure::Input(format!("--to {}: {allowed}", to.display())));
     }
     let belief = belief::belief_file(playback, arguments.origin, arguments.at)
-        .map_err(|error| of_recording(arguments, error))?;
+        .map_err(|error| of_recording(arguments, &error))?;
     let searched: Vec<f64> = belief.probability.iter().copied().flatten().collect();
     let (cells, expected) = (counted(searched.len(), "searched cell"), searched.iter().sum::<f64>());
     let content = match belief.rest_of_world {

@@ -385,7 +385,7 @@ fn in_a_star_the_coordinator_forwards_messages_of_robots() {
             for number in 1.. {
                 first.publish(number, Audience::All, &intent_of(1)).await.unwrap();
                 let received = tokio::time::timeout(Duration::from_secs(1), second.receive()).await;
-                if let Ok(Ok(Incoming::Message {
+                if let Ok(Some(Incoming::Message {
                     from: Participant::Robot(RobotId::FIRST), message, ..
                 })) = received
                 {

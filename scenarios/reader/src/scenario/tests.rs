@@ -120,14 +120,14 @@ fn a_reserve_is_left_out_of_what_robots_plan_with_if_they_return() {
     let of =
         |rest: &str| load(&SMALL.replace("budget_meters = 300", &format!("budget_meters = 300\n{rest}")));
     let left = |rest: &str, path_meters: f64| {
-        of(rest).unwrap().mission().remaining_meters(path_meters, Duration::from_secs(10))
+        of(rest).unwrap().mission().remaining_meters(path_meters, Duration::from_secs(10)).to_string()
     };
-    assert_eq!(left("", 100.0), 200.0);
-    assert_eq!(left("budget_reserve = 0.5", 100.0), 200.0, "it may end anywhere");
-    assert_eq!(left("return_to_base = true", 100.0), 170.0);
-    assert_eq!(left("return_to_base = true\nbudget_reserve = 0.5", 100.0), 50.0);
-    assert_eq!(left("return_to_base = true\nbudget_reserve = 0.5", 200.0), 0.0);
-    assert_eq!(left("return_to_base = true\nbudget_reserve = 0\nbudget_seconds = 15", 0.0), 10.0);
+    assert_eq!(left("", 100.0), "200");
+    assert_eq!(left("budget_reserve = 0.5", 100.0), "200", "it may end anywhere");
+    assert_eq!(left("return_to_base = true", 100.0), "170");
+    assert_eq!(left("return_to_base = true\nbudget_reserve = 0.5", 100.0), "50");
+    assert_eq!(left("return_to_base = true\nbudget_reserve = 0.5", 200.0), "0");
+    assert_eq!(left("return_to_base = true\nbudget_reserve = 0\nbudget_seconds = 15", 0.0), "10");
     for (rest, found) in [
         ("budget_reserve = 1", "is 1"),
         ("budget_reserve = -0.1", "is -0.1"),
