@@ -136,7 +136,8 @@ fn a_heartbeat_out_of_range_is_rejected_by_field() {
             &format!("dragnet_msgs/msg/Heartbeat .. {expected}"),
         );
     };
-    check(|wire| wire.activity = 6, "activity .. 6 .. 0 searching .. 5 waiting");
+    check(|wire| wire.activity = 8, "activity .. 8 .. 0 searching .. 7 recalled");
+    check(|wire| wire.directive.order = 3, "directive.order .. 3 .. 0 search, 1 pause, 2 return");
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters .. inf .. from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot .. 8 .. 7");
     check(|wire| wire.intent.version = 0, "intent.version .. 0 .. 4");
