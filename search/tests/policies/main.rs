@@ -186,7 +186,7 @@ fn a_coverage_team_shares_the_cells() {
 #[test]
 fn from_each_cell_of_a_path_the_budget_leaves_the_way_home() {
     let (mut driven, mut far) = (0.0, 0.0);
-    for seed in 0..60 {
+    for seed in 0..24 {
         for name in PolicyName::ALL {
             let mut case = Case::of_side(seed, 5..14);
             let home = case.routes();
@@ -212,7 +212,7 @@ fn from_each_cell_of_a_path_the_budget_leaves_the_way_home() {
             driven += budget - left;
         }
     }
-    assert!(driven > 1000.0 && far > 8.0, "{driven} {far}");
+    assert!(driven > 400.0 && far > 6.0, "{driven} {far}");
 }
 
 /// The cells of a tour that is planned for the way back show more than those of one that turns when it has to.
