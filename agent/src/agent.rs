@@ -519,7 +519,8 @@ impl Agent {
 
     /// Applies a new directive of the operator: pauses, resumes, returns, or adds cells to the search area.
     fn obey(&mut self, now: MissionTime, directive: &Directive, effects: &mut Effects<Message>) {
-        let order = self.directive.order;
+        let Directive { order, added, .. } = &self.directive;
+        let (order, known) = (*order, added.len());
         if !self.directive.merge(now, directive) {
             return;
         }
@@ -529,7 +530,9 @@ impl Agent {
             self.directive.added.iter().copied(),
             self.config.added_prior,
         );
-        self.home = self.home.as_ref().map(|home| self.home_to(home.base()));
+        if self.directive.added.len() > known {
+            self.home = self.home.as_ref().map(|home| self.home_to(home.base()));
+        }
         // On its way home it decides again in the next cell.
         self.is_overtaken |= self.activity == Activity::Returning;
         if self.directive.order != order || self.has_nothing_to_do() {

@@ -10,9 +10,8 @@ import sys
 
 import numpy as np
 import torch
-from ppo import CHOICES, Batched, Crop, Learned, Until
+from ppo import CHOICES, Batched, Crop, Lanes, Learned, Until
 from sb3_contrib import MaskablePPO
-from stable_baselines3.common.vec_env import VecEnv
 
 import dragnet
 
@@ -21,7 +20,7 @@ DENSITIES = (0.01, 0.2)
 BUDGET_CELLS = 300
 
 
-class Together(VecEnv):
+class Together(Lanes):
     """Vector environments of several scenarios, side by side."""
 
     def __init__(self, parts):
@@ -46,15 +45,6 @@ class Together(VecEnv):
 
     def has_attr(self, attr_name):
         return self.parts[0].has_attr(attr_name)
-
-    def get_attr(self, attr_name, indices=None):
-        return [getattr(self, attr_name)] * self.num_envs
-
-    def set_attr(self, attr_name, value, indices=None):
-        raise NotImplementedError
-
-    def env_is_wrapped(self, wrapper_class, indices=None):
-        return [False] * self.num_envs
 
     def close(self):
         for part in self.parts:

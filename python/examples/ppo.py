@@ -57,7 +57,20 @@ def around(planes, row, column, reach):
     return windows[torch.arange(len(planes)), :, row, column]
 
 
-class Batched(VecEnv):
+class Lanes(VecEnv):
+    """What Stable-Baselines3 asks of environments that are all alike."""
+
+    def get_attr(self, attr_name, indices=None):
+        return [getattr(self, attr_name)] * self.num_envs
+
+    def set_attr(self, attr_name, value, indices=None):
+        raise NotImplementedError
+
+    def env_is_wrapped(self, wrapper_class, indices=None):
+        return [False] * self.num_envs
+
+
+class Batched(Lanes):
     """Our vector environment as Stable-Baselines3 wants its own: an episode that is over begins anew in the same step."""
 
     def __init__(self, envs):
@@ -87,15 +100,6 @@ class Batched(VecEnv):
 
     def has_attr(self, attr_name):
         return hasattr(self.envs, attr_name)
-
-    def get_attr(self, attr_name, indices=None):
-        return [getattr(self, attr_name)] * self.num_envs
-
-    def set_attr(self, attr_name, value, indices=None):
-        raise NotImplementedError
-
-    def env_is_wrapped(self, wrapper_class, indices=None):
-        return [False] * self.num_envs
 
     def close(self):
         self.envs.close()

@@ -73,12 +73,15 @@ export class Controls {
     get reason() {
         return this.lock ?? (this.isConnected ? undefined : "Not connected: what the page shows is out of date.");
     }
+    get isHeld() {
+        const frame = this.mission?.frame;
+        return frame !== undefined && (frame.is_paused || frame.is_called_back);
+    }
     show() {
-        const { is_paused: isPaused, is_called_back: isCalledBack } = this.mission?.frame ?? {};
         const hasCursor = this.map.cursor !== undefined;
         const needs = {
             pause: true,
-            return: isCalledBack !== true,
+            return: this.mission?.frame?.is_called_back !== true,
             searched: hasCursor,
             clue: hasCursor,
             area: true,
@@ -91,7 +94,7 @@ export class Controls {
             button.title = this.reason ?? (needs[id] ? "" : MISSING[id] ?? "Choose a cell first");
         }
         const pause = element("pause", HTMLButtonElement);
-        const text = isPaused === true || isCalledBack === true ? "Resume all robots" : "Pause all robots";
+        const text = this.isHeld ? "Resume all robots" : "Pause all robots";
         if (pause.textContent !== text)
             pause.textContent = text;
         element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
@@ -122,8 +125,7 @@ export class Controls {
             act[event.key]?.();
     }
     pause() {
-        const { is_paused: isPaused, is_called_back: isCalledBack } = this.mission?.frame ?? {};
-        const command = isPaused === true || isCalledBack === true ? "resume" : "pause";
+        const command = this.isHeld ? "resume" : "pause";
         void this.ask({ command }, command);
     }
     callBack() {

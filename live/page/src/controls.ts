@@ -91,12 +91,17 @@ export class Controls {
     return this.lock ?? (this.isConnected ? undefined : "Not connected: what the page shows is out of date.");
   }
 
+  /** Whether the operator keeps the robots from searching. */
+  private get isHeld(): boolean {
+    const frame = this.mission?.frame;
+    return frame !== undefined && (frame.is_paused || frame.is_called_back);
+  }
+
   private show(): void {
-    const { is_paused: isPaused, is_called_back: isCalledBack } = this.mission?.frame ?? {};
     const hasCursor = this.map.cursor !== undefined;
     const needs: Record<(typeof BUTTONS)[number], boolean> = {
       pause: true,
-      return: isCalledBack !== true,
+      return: this.mission?.frame?.is_called_back !== true,
       searched: hasCursor,
       clue: hasCursor,
       area: true,
@@ -109,7 +114,7 @@ export class Controls {
       button.title = this.reason ?? (needs[id] ? "" : MISSING[id] ?? "Choose a cell first");
     }
     const pause = element("pause", HTMLButtonElement);
-    const text = isPaused === true || isCalledBack === true ? "Resume all robots" : "Pause all robots";
+    const text = this.isHeld ? "Resume all robots" : "Pause all robots";
     if (pause.textContent !== text) pause.textContent = text;
     element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
     element("corner", HTMLButtonElement).hidden = !this.isDrawing;
@@ -139,8 +144,7 @@ export class Controls {
   }
 
   private pause(): void {
-    const { is_paused: isPaused, is_called_back: isCalledBack } = this.mission?.frame ?? {};
-    const command = isPaused === true || isCalledBack === true ? "resume" : "pause";
+    const command = this.isHeld ? "resume" : "pause";
     void this.ask({ command }, command);
   }
 
