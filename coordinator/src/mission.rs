@@ -107,8 +107,8 @@ pub enum Record {
     Plan {
         /// The robot.
         robot: RobotId,
-        /// Cells still to be entered, in order; empty when it rests or is lost.
-        path: Vec<Cell>,
+        /// Cells still to be entered, in order, and when it is expected in each; empty when it rests or is lost.
+        path: Vec<(Cell, MissionTime)>,
     },
     /// A published status of the mission.
     Status(MissionStatus),
@@ -308,12 +308,12 @@ impl Mission {
         match message {
             Message::Intent(intent) => {
                 outcome.records.push(Record::Intent(intent.clone()));
-                self.plan(intent, outcome);
+                self.plan(now, intent, outcome);
             }
             Message::Heartbeat(heartbeat) => {
                 outcome.records.push(Record::Heartbeat(heartbeat.clone()));
                 self.locate(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns), outcome);
-                self.plan(&heartbeat.intent, outcome);
+                self.plan(now, &heartbeat.intent, outcome);
                 self.learn(now, &heartbeat.directive, outcome);
             }
             Message::Verdicts(report) => outcome.records.push(Record::Verdicts(report.clone())),
@@ -351,9 +351,16 @@ impl Mission {
         }
     }
 
-    fn plan(&mut self, intent: &Intent, outcome: &mut Outcome) {
-        if self.tracks.plans(intent) {
-            outcome.records.push(Record::Plan { robot: intent.robot, path: intent.path.to_vec() });
+    fn plan(&mut self, now: MissionTime, intent: &Intent, outcome: &mut Outcome) {
+        let robot = intent.robot;
+        if !self.tracks.plans(intent) {
+            return;
+        }
+        let (terrain, class) = (&self.config.terrain, self.config.limits.class(robot.into()));
+        if let (Some(track), Some(class)) = (self.tracks.of(robot), class) {
+            let cells_per_second = class.speed_meters_per_second / terrain.cell_meters();
+            let path = track.expected(now, terrain.grid(), cells_per_second);
+            outcome.records.push(Record::Plan { robot, path });
         }
     }
 

@@ -1,10 +1,11 @@
 //! Tracks: each robot's position and plan, from messages that may arrive late, twice or out of order.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use dragnet_proto::message::Intent;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::cell::Cell;
+use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::observation::RobotId;
 
 /// The state of one robot.
@@ -14,6 +15,33 @@ pub struct Track {
     pub pose: Option<(Cell, MissionTime)>,
     /// Its current plan; `None` if none was received, or the robot is lost.
     pub plan: Option<Intent>,
+}
+
+impl Track {
+    /// The cells of its plan, and when it is expected in each if it drives `cells_per_second`; empty if no plan is known.
+    ///
+    /// A robot that is late is about to enter the next cell.
+    #[must_use]
+    pub fn expected(&self, now: MissionTime, grid: Grid, cells_per_second: f64) -> Vec<(Cell, MissionTime)> {
+        let path = self.plan.as_ref().map_or(&[][..], |plan| &plan.path);
+        let Some(&first) = path.first() else { return Vec::new() };
+        let (mut from, entered) = self.pose.unwrap_or((first, now));
+        let mut cells = 0.0;
+        let mut departure = None;
+        let expect = |&to: &Cell| {
+            cells += grid.offset(from, to).euclidean();
+            from = to;
+            let seconds = cells / cells_per_second;
+            let departure =
+                *departure.get_or_insert_with(|| entered.as_seconds().max(now.as_seconds() - seconds));
+            (
+                to,
+                MissionTime::START
+                    + Duration::try_from_secs_f64(departure + seconds).unwrap_or(Duration::MAX),
+            )
+        };
+        path.iter().map(expect).collect()
+    }
 }
 
 /// All robots that messages have arrived from.
@@ -100,5 +128,21 @@ mod tests {
         assert!(tracks.plans(&intent(1, 4..5)), "a robot that returns has a plan again");
         assert!(tracks.plans(&intent(2, 0..0)));
         assert!(!tracks.lapses(ONE), "resting is no plan to lapse");
+    }
+
+    #[test]
+    fn a_robot_is_expected_along_its_plan_and_a_late_one_in_the_next_cell_now() {
+        let grid = Grid::new(1, 9).unwrap();
+        let seconds = |track: &Track, now: u64| {
+            let expected = track.expected(MissionTime(now * 1_000_000_000), grid, 0.5);
+            expected.iter().map(|(cell, time)| (cell.number(), time.as_seconds())).collect::<Vec<_>>()
+        };
+        let mut track = Track { pose: None, plan: Some(intent(0, 3..6)) };
+        assert_eq!(seconds(&track, 7), [(3, 7.0), (4, 9.0), (5, 11.0)]);
+        track.pose = Some((cell(2), MissionTime(10_000_000_000)));
+        assert_eq!(seconds(&track, 11), [(3, 12.0), (4, 14.0), (5, 16.0)]);
+        assert_eq!(seconds(&track, 60), [(3, 60.0), (4, 62.0), (5, 64.0)]);
+        track.plan = None;
+        assert_eq!(seconds(&track, 11), []);
     }
 }

@@ -160,6 +160,8 @@ pub struct RobotFrame {
     pub trail: Vec<u32>,
     /// Cells still to be entered.
     pub plan: Vec<u32>,
+    /// When it is expected in each of them, seconds of mission time; empty if its speed is unknown, or it does not drive.
+    pub expected: Vec<u64>,
     /// Distance driven, meters.
     pub meters: f64,
 }
@@ -332,6 +334,7 @@ fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
             cell: track.pose.map(|(cell, _)| cell.number()),
             trail: numbers(&mut walk.trail.iter().skip(walk.trail.len() - new).copied()),
             plan: numbers(&mut track.plan.iter().flat_map(|plan| plan.path.iter().copied())),
+            expected: view.expected_seconds(robot, &track, state),
             meters: walk.path_meters,
         }
     };

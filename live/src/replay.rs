@@ -25,6 +25,7 @@ pub fn about(playback: &Playback) -> About {
         terrain: Arc::clone(&playback.terrain),
         prior: playback.prior.clone(),
         sights: sights(playback).unwrap_or_default(),
+        speeds_meters_per_second: playback.of_robots("speed_meters_per_second").unwrap_or_default(),
         one_subject: playback.one_subject(),
         detection_threshold: fact("detection_threshold")
             .and_then(|threshold| threshold.parse().ok())

@@ -43,6 +43,8 @@ pub struct About {
     /// What each robot sees from where, by [`RobotId::index`]; empty for older recordings, and then no cell is shown as
     /// out of reach.
     pub sights: Vec<Sight>,
+    /// The speed of each robot, by [`RobotId::index`]; empty for older recordings.
+    pub speeds_meters_per_second: Vec<f64>,
     /// That exactly one object is sought, if so.
     pub one_subject: Option<OneSubject>,
     /// Detection threshold.
@@ -64,6 +66,11 @@ impl About {
             terrain: Arc::new(scenario.terrain().clone()),
             prior: Self::prior_of(scenario.terrain(), scenario.prior()),
             sights: scenario.robots().iter().map(|robot| robot.class.sight()).collect(),
+            speeds_meters_per_second: scenario
+                .robots()
+                .iter()
+                .map(|robot| robot.class.speed_meters_per_second)
+                .collect(),
             one_subject: scenario.one_subject(),
             detection_threshold: scenario.mission().detection_threshold,
             team: scenario.robots().iter().map(|robot| robot.id).collect(),
@@ -379,6 +386,18 @@ impl View {
             let track = self.fold.tracks().of(robot).cloned().unwrap_or_default();
             (robot, walk, track, self.state(robot, walk))
         })
+    }
+
+    /// When a robot is expected in each cell of its plan, seconds of mission time; empty if its speed is unknown, or it does
+    /// not drive.
+    #[must_use]
+    pub fn expected_seconds(&self, robot: RobotId, track: &Track, state: State) -> Vec<u64> {
+        let speed = self.about.speeds_meters_per_second.get(robot.index());
+        let drives = matches!(state, State::Searching | State::Returning | State::Recalled);
+        let Some(speed) = speed.filter(|_| drives) else { return Vec::new() };
+        let terrain = self.terrain();
+        let expected = track.expected(self.now, terrain.grid(), speed / terrain.cell_meters());
+        expected.into_iter().map(|(_, time)| time.0 / 1_000_000_000).collect()
     }
 
     fn state(&self, robot: RobotId, walk: &Walk) -> State {

@@ -143,6 +143,7 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         terrain: Arc::new(scenario.terrain().clone()),
         prior: About::prior_of(scenario.terrain(), scenario.prior()),
         sights: about(&playback).sights,
+        speeds_meters_per_second: about(&playback).speeds_meters_per_second,
         one_subject: scenario.one_subject(),
         detection_threshold: scenario.mission().detection_threshold,
         team: scenario.robots().iter().map(|robot| robot.id).collect(),

@@ -123,10 +123,10 @@ impl<'a> Viewer<'a> {
         PoseStamped { header: self.header(time), pose: self.at(self.origin.center(self.terrain, cell)) }
     }
 
-    /// The centers of cells, in order.
+    /// The centers of cells, in order, each with the time at which the robot is expected there.
     #[must_use]
-    pub fn path(&self, cells: &[Cell], time: MissionTime) -> Path {
-        let poses = cells.iter().map(|&cell| self.pose(cell, time)).collect();
+    pub fn path(&self, cells: &[(Cell, MissionTime)], time: MissionTime) -> Path {
+        let poses = cells.iter().map(|&(cell, expected)| self.pose(cell, expected)).collect();
         Path { header: self.header(time), poses }
     }
 
@@ -214,7 +214,10 @@ mod tests {
         let terrain = terrain();
         let viewer = Viewer::new(&terrain, MapOrigin::default(), 0);
         let cells: Vec<Cell> = terrain.grid().cells().collect();
-        let path = viewer.path(&cells[1..3], MissionTime::START);
+        let due = [1, 2].map(|seconds| MissionTime(seconds * 1_000_000_000));
+        let path = viewer.path(&[(cells[1], due[0]), (cells[2], due[1])], MissionTime::START);
+        let stamps: Vec<i32> = path.poses.iter().map(|pose| pose.header.stamp.sec).collect();
+        assert_eq!((path.header.stamp.sec, stamps), (0, vec![1, 2]));
         let places: Vec<(f64, f64)> =
             path.poses.iter().map(|pose| (pose.pose.position.x, pose.pose.position.y)).collect();
         assert_eq!(places, [(45.0, 15.0), (15.0, 45.0)]);
@@ -249,7 +252,7 @@ mod tests {
         // 45 m along its rows, which run north, and 15 m to their left, which is west.
         for pose in [
             viewer.pose(cell, MissionTime::START).pose,
-            viewer.path(&[cell], MissionTime::START).poses[0].pose,
+            viewer.path(&[(cell, MissionTime::START)], MissionTime::START).poses[0].pose,
             frame,
         ] {
             check(pose, (-35.0, 33.0));

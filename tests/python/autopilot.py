@@ -279,7 +279,7 @@ def play(rover):
     goes()
     yield "armed by its pilot it drives"
 
-    rover.pilot = (0.0, 1.0) if rover.y < 80.0 else (0.0, -1.0)
+    rover.pilot = (0.0, 1.0) if rover.y < 60.0 else (0.0, -1.0)
     rover.switch(MANUAL)
     waits(2.0)
     rover.switch(GUIDED)

@@ -11,7 +11,7 @@ use dragnet_runtime::session::free_endpoints;
 use crate::field::{DRAGNET, Process};
 use crate::interpreter::interpreter;
 
-const SIDE: u32 = 8;
+const SIDE: u32 = 6;
 const CELL_METERS: f64 = 20.0;
 const CORNER_DEGREES: [f64; 2] = [47.5, 9.5];
 

@@ -99,7 +99,7 @@ fn check_robot(seen: &Value, episode: &Episode, robot: u16) {
         _ => None,
     });
     let plans: Vec<Vec<(f64, f64)>> =
-        plans.map(|path| path.iter().map(|&cell| placed(cell)).collect()).collect();
+        plans.map(|path| path.iter().map(|&(cell, _)| placed(cell)).collect()).collect();
     assert_eq!(seen["paths"][format!("/robots/{robot}/path")], json!(plans));
     assert!(plans.iter().any(|plan| plan.len() > 2) && plans.iter().any(Vec::is_empty));
 }

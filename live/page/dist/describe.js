@@ -1,4 +1,5 @@
 import { probability } from "./colors.js";
+import { due } from "./mission.js";
 export function describe(mission, cell) {
     const robots = (mission.frame?.robots ?? []).filter((robot) => robot.cell === cell);
     const here = robots.map((robot) => `robot ${robot.robot} is here${robot.is_doubled ? ", with a duplicate number" : ""}`);
@@ -12,8 +13,14 @@ export function describe(mission, cell) {
         mission.isOutOfReach[cell] === 1 ? "out of reach: no robot can observe it" : "",
         mission.isTraversable[cell] === 1 ? "" : "no-go",
         ...here,
+        ...expected(mission, cell),
     ];
     return `Cell ${mission.name(cell)}: ${facts.filter((fact) => fact !== "").join(", ")}`;
+}
+function expected(mission, cell) {
+    const { robots, time } = mission.frame ?? { robots: [], time: 0 };
+    const planned = robots.filter((robot) => robot.plan.includes(cell) && robot.expected.length > 0);
+    return planned.map((robot) => `robot ${robot.robot} expected ${due(robot, robot.plan.indexOf(cell), time)}`);
 }
 function chance(mission, cell) {
     const level = mission.levels[cell] ?? 0;

@@ -74,6 +74,10 @@ export class Mission {
 function bytes(base64) {
     return Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
 }
+export function due(robot, place, now) {
+    const seconds = robot.expected.at(place);
+    return seconds === undefined ? "" : `in ${clock(Math.max(0, seconds - now))}`;
+}
 export function clock(seconds) {
     const whole = Math.floor(seconds);
     const [hours, minutes, rest] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];

@@ -1,7 +1,7 @@
 import { drawChart } from "./chart.js";
 import { robotColor } from "./colors.js";
 import { percent } from "./describe.js";
-import { clock } from "./mission.js";
+import { clock, due } from "./mission.js";
 export function element(id, kind) {
     const found = document.getElementById(id);
     if (!(found instanceof kind))
@@ -99,7 +99,7 @@ function robotRow(mission, robot) {
     return [
         robot.is_doubled ? `⚠ duplicate, ${SIGNS[robot.state]}` : SIGNS[robot.state],
         robot.cell === null ? "–" : mission.name(robot.cell),
-        goal === undefined ? "–" : mission.name(goal),
+        goal === undefined ? "–" : `${mission.name(goal)} ${due(robot, -1, mission.frame?.time ?? 0)}`.trim(),
         `${robot.meters.toFixed(0)} m`,
     ];
 }

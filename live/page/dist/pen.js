@@ -1,4 +1,5 @@
 import { robotColor } from "./colors.js";
+import { due } from "./mission.js";
 import { spread } from "./spread.js";
 const CROWD = 9;
 export class Pen {
@@ -50,7 +51,21 @@ export class Pen {
             this.context.beginPath();
             this.context.arc(x, y, this.sign / 3, 0, 2 * Math.PI);
             this.casing(robotColor(robot.robot), 2, []);
+            if (this.robots.length < CROWD)
+                this.label(due(robot, -1, this.mission.frame?.time ?? 0), x, y - this.sign / 2);
         }
+    }
+    label(text, x, y) {
+        const { context } = this;
+        context.font = "600 12px system-ui, sans-serif";
+        context.textAlign = "center";
+        context.textBaseline = "bottom";
+        context.lineJoin = "round";
+        context.lineWidth = 3;
+        context.strokeStyle = "rgba(255, 255, 255, 0.85)";
+        context.strokeText(text, x, y);
+        context.fillStyle = "#111111";
+        context.fillText(text, x, y);
     }
     line(cells, robot, dash) {
         if (cells.length < 2)

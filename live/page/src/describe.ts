@@ -1,7 +1,7 @@
 // A cell in words.
 
 import { probability } from "./colors.js";
-import type { Mission } from "./mission.js";
+import { due, type Mission } from "./mission.js";
 
 /** Describes a cell. */
 export function describe(mission: Mission, cell: number): string {
@@ -17,8 +17,16 @@ export function describe(mission: Mission, cell: number): string {
     mission.isOutOfReach[cell] === 1 ? "out of reach: no robot can observe it" : "",
     mission.isTraversable[cell] === 1 ? "" : "no-go",
     ...here,
+    ...expected(mission, cell),
   ];
   return `Cell ${mission.name(cell)}: ${facts.filter((fact) => fact !== "").join(", ")}`;
+}
+
+/** Which robots are expected in a cell, and when. */
+function expected(mission: Mission, cell: number): string[] {
+  const { robots, time } = mission.frame ?? { robots: [], time: 0 };
+  const planned = robots.filter((robot) => robot.plan.includes(cell) && robot.expected.length > 0);
+  return planned.map((robot) => `robot ${robot.robot} expected ${due(robot, robot.plan.indexOf(cell), time)}`);
 }
 
 function chance(mission: Mission, cell: number): string {

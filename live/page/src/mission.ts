@@ -76,6 +76,8 @@ export interface RobotFrame {
   cell: number | null;
   trail: number[];
   plan: number[];
+  /** When it is expected in each of these, seconds of mission time; empty if that is unknown. */
+  expected: number[];
   meters: number;
 }
 
@@ -211,6 +213,12 @@ export class Mission {
 
 function bytes(base64: string): Uint8Array {
   return Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+}
+
+/** When a robot is expected at a place of its plan: `in 2:03`, or nothing if that is unknown. */
+export function due(robot: RobotFrame, place: number, now: number): string {
+  const seconds = robot.expected.at(place);
+  return seconds === undefined ? "" : `in ${clock(Math.max(0, seconds - now))}`;
 }
 
 /** `1:02:03`, or `2:03` within the first hour. */

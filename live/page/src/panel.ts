@@ -3,7 +3,7 @@
 import { drawChart } from "./chart.js";
 import { robotColor } from "./colors.js";
 import { percent } from "./describe.js";
-import { type Mission, type RobotFrame, clock } from "./mission.js";
+import { type Mission, type RobotFrame, clock, due } from "./mission.js";
 
 export function element<T extends HTMLElement>(id: string, kind: new () => T): T {
   const found = document.getElementById(id);
@@ -100,7 +100,7 @@ function robotRow(mission: Mission, robot: RobotFrame): string[] {
   return [
     robot.is_doubled ? `⚠ duplicate, ${SIGNS[robot.state]}` : SIGNS[robot.state],
     robot.cell === null ? "–" : mission.name(robot.cell),
-    goal === undefined ? "–" : mission.name(goal),
+    goal === undefined ? "–" : `${mission.name(goal)} ${due(robot, -1, mission.frame?.time ?? 0)}`.trim(),
     `${robot.meters.toFixed(0)} m`,
   ];
 }

@@ -1,7 +1,7 @@
 // Draws tracks, plans, finds and other markers over the map.
 
 import { robotColor } from "./colors.js";
-import type { Mission, RobotFrame, Spot } from "./mission.js";
+import { type Mission, type RobotFrame, type Spot, due } from "./mission.js";
 import { spread } from "./spread.js";
 import type { View } from "./view.js";
 
@@ -59,7 +59,22 @@ export class Pen {
       this.context.beginPath();
       this.context.arc(x, y, this.sign / 3, 0, 2 * Math.PI);
       this.casing(robotColor(robot.robot), 2, []);
+      if (this.robots.length < CROWD) this.label(due(robot, -1, this.mission.frame?.time ?? 0), x, y - this.sign / 2);
     }
+  }
+
+  /** A text above a point, with a white edge. */
+  private label(text: string, x: number, y: number): void {
+    const { context } = this;
+    context.font = "600 12px system-ui, sans-serif";
+    context.textAlign = "center";
+    context.textBaseline = "bottom";
+    context.lineJoin = "round";
+    context.lineWidth = 3;
+    context.strokeStyle = "rgba(255, 255, 255, 0.85)";
+    context.strokeText(text, x, y);
+    context.fillStyle = "#111111";
+    context.fillText(text, x, y);
   }
 
   private line(cells: number[], robot: RobotFrame, dash: number[]): void {

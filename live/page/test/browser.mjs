@@ -21,6 +21,8 @@ async function live() {
   // An area without new cells is rejected.
   await browse(address, { expected: [/status of 422/] }, async (page) => {
     const first = await cells(page);
+    await until("a robot is expected", async () =>
+      (await page.locator("#robots tbody td:nth-child(4)").allTextContents()).some((goal) => /^\[\d+, \d+\] in \d+:\d\d$/.test(goal)));
     await until("robots move", async () => (await cells(page)).some((cell, index) => cell !== first[index]));
     await until("the first picture is drawn", async () => (await seconds(page)) > 20);
     await shot(page, "live.png");
