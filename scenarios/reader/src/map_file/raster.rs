@@ -8,6 +8,8 @@ use dragnet_search::terrain::{Ground, Terrain};
 
 use super::MapFileError;
 
+mod walls;
+
 /// Pixels that are free or not, shape `[rows * columns]`, row 0 south, column 0 west.
 pub(super) struct Raster {
     pub(super) columns: u32,
@@ -18,7 +20,8 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    /// The terrain of cells of an edge: open where at least half of a cell's pixels are free, else blocked.
+    /// The terrain of cells of an edge: open where at least half of a cell's pixels are free, else blocked. Where a wall is
+    /// thinner than a cell, open cells are searched and not entered, so that no path leads through it.
     ///
     /// Cells start at the south-western corner. A pixel belongs to the cell that holds its center; pixels missing
     /// beyond the northern or eastern edge count as not free.
@@ -27,7 +30,7 @@ impl Raster {
         let cells = |pixels: u32| whole_cells(f64::from(pixels) / pixels_per_cell);
         let invalid = |source| MapFileError::Terrain { file: file.to_owned(), source };
         let grid = Grid::new(cells(self.rows), cells(self.columns)).map_err(|error| invalid(error.into()))?;
-        let ground = grid
+        let mut ground: Vec<Ground> = grid
             .cells()
             .map(|cell| {
                 let Position { row, column } = grid.position(cell);
@@ -37,6 +40,9 @@ impl Raster {
                 if 2 * self.count_free(rows, columns) >= all { Ground::OPEN } else { Ground::BLOCKED }
             })
             .collect();
+        for cell in self.cells_at_walls(grid, &ground, pixels_per_cell) {
+            ground[cell.index()] = Ground::OUT_OF_REACH;
+        }
         Terrain::new(grid, cell_meters, ground).map_err(invalid)
     }
 
@@ -96,7 +102,7 @@ mod tests {
     use super::*;
 
     /// Draws `#` for blocked and `.` for free, the northern edge first; pixels of 1 m.
-    fn check(pixels: &str, cell_meters: f64, expected: &str) {
+    pub(super) fn check(pixels: &str, cell_meters: f64, expected: &str) {
         let lines: Vec<&str> = pixels.split('/').collect();
         let raster = Raster {
             columns: u32::try_from(lines[0].len()).unwrap(),

@@ -7,8 +7,10 @@ use dragnet_search::sensor::Sensor;
 use crate::map_file::{Areas, Format, MapFile};
 
 /// Edges of cells to choose from, meters, longest first.
-const CELL_METERS: [f64; 13] =
-    [1000.0, 500.0, 300.0, 200.0, 100.0, 50.0, 30.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0];
+const CELL_METERS: [f64; 14] =
+    [1000.0, 500.0, 300.0, 200.0, 100.0, 50.0, 30.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0, 0.5];
+/// The shortest edge for areas on the earth: satellites place robots no better.
+const SHORTEST_ON_EARTH_METERS: f64 = 1.0;
 /// The longer side of the map, cells: the shortest edge is taken that gives no more.
 const LONGEST_SIDE: u32 = 80;
 /// The edge for a map that has a cell for each of its characters, and for one that cannot be read; as in scenarios.
@@ -69,7 +71,10 @@ fn cells(map: &Path) -> (f64, u32) {
 /// The same for areas; `None` if they make no map.
 pub(super) fn cells_of_areas(areas: &Areas) -> Option<(f64, u32)> {
     let map = |cell_meters| MapFile::of_areas(Path::new(""), areas.clone(), cell_meters).ok();
-    shortest(|cell_meters| Some((cell_meters, side(&map(cell_meters)?))))
+    shortest(|cell_meters| {
+        let map = map(cell_meters).filter(|_| cell_meters >= SHORTEST_ON_EARTH_METERS)?;
+        Some((cell_meters, side(&map)))
+    })
 }
 
 /// The cells of a map's longer side.
