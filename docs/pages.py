@@ -14,7 +14,7 @@ from jupyter_client.manager import AsyncKernelManager
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
-from pygments.formatters import HtmlFormatter
+from pygments.formatters import HtmlFormatter  # type: ignore[import-untyped]
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -69,7 +69,7 @@ def run_notebook(path: Path) -> str:
     """A notebook as Markdown, with the output of its cells as they run now; an error of a cell ends the build."""
     program = Path(os.environ.get("DRAGNET", ROOT / "target/debug/dragnet")).resolve()
     os.environ["PATH"] = os.pathsep.join([str(program.parent), os.environ["PATH"]])
-    notebook = nbformat.read(path, as_version=4)
+    notebook = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
     with tempfile.TemporaryDirectory() as folder:
         # By sockets in the file system: it warns of others, which any user of the computer could read.
         kernel = AsyncKernelManager(transport="ipc", ip=str(Path(folder) / "kernel"))
@@ -101,5 +101,6 @@ def colors_of_code() -> str:
     """Style sheet of code, for both color modes of the theme."""
     styles = {"light": "default", "dark": "github-dark"}
     return "\n".join(
-        HtmlFormatter(style=style).get_style_defs(f"[data-bs-theme={mode}] .highlight") for mode, style in styles.items()
+        HtmlFormatter(style=style).get_style_defs(f"[data-bs-theme={mode}] .highlight")
+        for mode, style in styles.items()
     )

@@ -17,7 +17,7 @@ _NOTHING: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
 class Plan:
     """One robot's."""
 
-    #: Cells in the order in which they are to be entered, where somebody has told them.
+    #: Cells in the order in which they are to be entered, as ``show_plan`` was given them.
     cells: NDArray[np.int64] | None = None
     #: The waypoint of the last action.
     goal: int | None = None
