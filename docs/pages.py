@@ -93,7 +93,8 @@ def as_markdown(output: nbformat.NotebookNode) -> str:
         return f"![Picture of the cell above](data:image/png;base64,{data['image/png'].replace(chr(10), '')})"
     if "text/html" in data:
         # Its style is the site's.
-        return re.sub(r"<style.*?</style>|\n\s*", "", data["text/html"], flags=re.DOTALL)
+        table = re.sub(r"<style.*?</style>|\n\s*", "", data["text/html"], flags=re.DOTALL)
+        return f'<div class="table-of-cell">{table}</div>'
     return f"```text\n{data['text/plain']}\n```"
 
 

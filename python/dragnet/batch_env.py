@@ -70,7 +70,7 @@ class BatchEnv(NativeEnv, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):  # t
         self._copy = copy
         # What pictures show as goals: waypoints of the last actions, -1 for none, of one robot after the other.
         self._goals = np.full(math.prod(self._lead), -1, dtype=np.int64)
-        self._has_waypoints = control == "waypoint"
+        self._shows_goals = control == "waypoint" and render_mode is not None
         self._all = np.ones(self.num_envs, dtype=np.bool_)
         self._seeds = np.zeros(self.num_envs, dtype=np.uint64)
         # Those of the episodes to come, if the first ones have begun.
@@ -146,11 +146,10 @@ class BatchEnv(NativeEnv, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):  # t
             raise RuntimeError("step before the first reset; call reset first")
         arrays = self._arrays
         begun = np.flatnonzero(arrays["over"])
-        was_out = arrays["terminated"] | arrays["truncated"]
+        goals = self._of_active(checked) if self._shows_goals else self._goals
         self._native.step(checked, self._next_seeds)
-        if self._has_waypoints:
-            is_out = was_out | arrays["terminated"] | arrays["truncated"]
-            self._goals = np.where(is_out.ravel(), -1, checked)
+        if self._shows_goals:
+            self._goals = self._of_active(goals)
         for place in begun:
             self._seeds[place] = self._next_seeds[place]
             self._next_seeds[place] = self._draw(place)
@@ -236,6 +235,11 @@ class BatchEnv(NativeEnv, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):  # t
     def _more_infos(self) -> dict[str, Any]:
         """What else is told of the searches."""
         return {}
+
+    def _of_active(self, goals: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Goals without those of robots that are out of their episode: these go nowhere."""
+        is_out = self._arrays["terminated"] | self._arrays["truncated"]
+        return np.where(is_out.ravel(), -1, goals)
 
     def _ahead(self, beliefs: list[Arrays], place: int) -> list[NDArray[np.int64]]:
         """What the robots of an environment are still to enter on the way to their goals."""
