@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Runs all tests. Sets up what they need beyond cargo: libtorch, a Python environment with independent readers of
 # recordings and maps, Ray, PyTorch Geometric, ultralytics, Gymnasium, PettingZoo and what learns in their environments,
-# and a browser for the live page.
+# MkDocs, and a browser for the live page.
 set -euo pipefail
 cd "$(dirname "$0")"
 
 train/libtorch.sh
 
-wanted=$(cat tests/python/{requirements,ultralytics,learners}.txt scale/requirements.txt train/libtorch.txt tests/python/without_cuda.py)
+wanted=$(cat tests/python/{requirements,site,ultralytics,learners}.txt scale/requirements.txt train/libtorch.txt tests/python/without_cuda.py)
 if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
     python3 -m venv --clear .venv || {
         echo "test.sh: python3 with its venv module is needed (on Debian: apt-get install python3-venv)" >&2

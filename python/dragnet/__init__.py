@@ -9,7 +9,7 @@ A scenario (its file, the name of one of :func:`scenarios`, or a :class:`Scenari
 - :class:`TeamVectorEnv`: many teams side by side, batched in Rust;
 - :class:`Policy`: our policies, as baselines; :func:`compare`: policies, ours and your own, against each other; :mod:`benchmark`: the same on frozen tracks,
   with results that others can verify;
-- :func:`read_recording`: a recording as arrays.
+- :func:`read_recording`: a recording as arrays and data frames; :func:`plot`: a picture of it.
 
 Cells are numbered row by row: ``cell = row * columns + column``, row 0 in the south, column 0 in the west. Arrays of shape
 ``(rows, columns)`` are in that order, so that a picture of one wants ``origin="lower"``.
@@ -22,6 +22,7 @@ from ._dragnet import VERSION as __version__
 from .comparison import Table, compare
 from .env import SearchEnv
 from .observation import OFFSETS
+from .plot import plot
 from .policy import Decision, Policy, policy_names
 from .recording import Recording, read_recording
 from .scenario import Scenario, scenarios
@@ -43,6 +44,7 @@ __all__ = [
     "benchmark",
     "compare",
     "parallel_env",
+    "plot",
     "policy_names",
     "read_recording",
     "scenarios",

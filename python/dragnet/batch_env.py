@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,9 +12,19 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from .choices import Control, Frame, ObservationKind, RenderMode, as_count, as_seed, check_options, check_render_mode
+from .choices import (
+    Control,
+    Frame,
+    ObservationKind,
+    VectorRenderMode,
+    as_count,
+    as_seed,
+    check_options,
+    check_render_mode,
+)
 from .native import NativeEnv, shaped
 from .observation import Arrays, Observer, action_space
+from .plan import Plan
 from .scenario import Scenario
 
 
@@ -35,11 +46,11 @@ class BatchEnv(NativeEnv, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):  # t
         control: Control,
         observation: ObservationKind,
         frame: Frame,
-        render_mode: RenderMode | None,
+        render_mode: VectorRenderMode | None,
         copy: bool,
     ):
         super().__init__()
-        check_render_mode(render_mode)
+        check_render_mode(render_mode, self.metadata["render_modes"])
         self.scenario = scenario
         self.num_envs = as_count(num_envs, "num_envs")
         self.render_mode = render_mode
@@ -57,6 +68,9 @@ class BatchEnv(NativeEnv, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):  # t
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._copy = copy
+        # What pictures show as goals: waypoints of the last actions, -1 for none, of one robot after the other.
+        self._goals = np.full(math.prod(self._lead), -1, dtype=np.int64)
+        self._shows_goals = control == "waypoint" and render_mode is not None
         self._all = np.ones(self.num_envs, dtype=np.bool_)
         self._seeds = np.zeros(self.num_envs, dtype=np.uint64)
         # Those of the episodes to come, if the first ones have begun.
@@ -90,6 +104,7 @@ class BatchEnv(NativeEnv, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):  # t
         for place in np.flatnonzero(mask):
             self._next_seeds[place] = self._draw(place)
         self._native.reset(self._seeds, mask)
+        self._goals.reshape(self._lead)[mask] = -1
         return self._told(), self._infos(mask)
 
     def _checked_seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
@@ -131,7 +146,10 @@ class BatchEnv(NativeEnv, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):  # t
             raise RuntimeError("step before the first reset; call reset first")
         arrays = self._arrays
         begun = np.flatnonzero(arrays["over"])
+        goals = self._of_active(checked) if self._shows_goals else self._goals
         self._native.step(checked, self._next_seeds)
+        if self._shows_goals:
+            self._goals = self._of_active(goals)
         for place in begun:
             self._seeds[place] = self._next_seeds[place]
             self._next_seeds[place] = self._draw(place)
@@ -218,6 +236,15 @@ class BatchEnv(NativeEnv, VectorEnv[Any, NDArray[np.int64], NDArray[Any]]):  # t
         """What else is told of the searches."""
         return {}
 
-    def _picture(self, place: int) -> NDArray[np.uint8]:
-        """The picture of an environment."""
-        raise NotImplementedError
+    def _of_active(self, goals: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Goals without those of robots that are out of their episode: these go nowhere."""
+        is_out = self._arrays["terminated"] | self._arrays["truncated"]
+        return np.where(is_out.ravel(), -1, goals)
+
+    def _ahead(self, beliefs: list[Arrays], place: int) -> list[NDArray[np.int64]]:
+        """What the robots of an environment are still to enter on the way to their goals."""
+        goals = self._goals.reshape(self.num_envs, -1)[place]
+        return [
+            Plan(goal=None if goal < 0 else int(goal)).ahead(belief["distance"], self.scenario.connectivity)
+            for goal, belief in zip(goals, beliefs, strict=True)
+        ]

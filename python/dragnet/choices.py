@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Sequence
 from typing import Any, Literal
 
 #: What an action names: a cell to go to, or a step to a neighbor.
@@ -17,14 +18,16 @@ MaskedAction = Literal["stay", "error"]
 ObservationKind = Literal["dict", "planes", "graph", "belief"]
 #: Where the origin of an observation is.
 Frame = Literal["map", "robot"]
-#: What ``render`` returns.
-RenderMode = Literal["rgb_array"]
+#: Where ``render`` draws: a window, or an array. Many environments at once have no window.
+RenderMode = Literal["human", "rgb_array"]
+VectorRenderMode = Literal["rgb_array"]
 
 
-def check_render_mode(mode: str | None) -> None:
+def check_render_mode(mode: str | None, known: Sequence[str]) -> None:
     """Refuses a render mode that there is not."""
-    if mode not in (None, "rgb_array"):
-        raise ValueError(f'render_mode="{mode}"; allowed are None and "rgb_array"')
+    if mode is not None and mode not in known:
+        allowed = ", ".join(f'"{name}"' for name in known)
+        raise ValueError(f'render_mode="{mode}"; allowed are None and {allowed}')
 
 
 def as_action(action: object, of: str = "action") -> int:

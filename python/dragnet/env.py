@@ -7,7 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _dragnet, picture
 from .choices import (
@@ -25,6 +25,7 @@ from .choices import (
 )
 from .native import NativeEnv
 from .observation import Arrays, Observer, action_space
+from .plan import Plan, as_cells
 from .scenario import Scenario, as_scenario
 
 
@@ -67,7 +68,7 @@ class SearchEnv(NativeEnv, gym.Env[Any, Any]):
     ``info`` also has ``f1``, ``recall``, ``path_cells`` (way covered) and ``time_seconds``.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 10}
 
     def __init__(
         self,
@@ -81,7 +82,7 @@ class SearchEnv(NativeEnv, gym.Env[Any, Any]):
         frame: Frame = "map",
         render_mode: RenderMode | None = None,
     ):
-        check_render_mode(render_mode)
+        check_render_mode(render_mode, self.metadata["render_modes"])
         self.scenario = as_scenario(scenario).with_robots(1)
         self.render_mode = render_mode
         self._choices = (control, reward, end, masked_action, observation, frame)
@@ -91,8 +92,10 @@ class SearchEnv(NativeEnv, gym.Env[Any, Any]):
         self._actions = np.zeros(1, dtype=np.int64)
         self._mask = np.ones(1, dtype=np.bool_)
         self._seed = 0
+        self._plan = Plan()
         self.observation_space = self._observer.space()
         self.action_space = action_space(self.scenario, control)
+        self._open_window(self.scenario.name)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begins an episode: the one of a seed, or the next one. There are no options."""
@@ -101,6 +104,8 @@ class SearchEnv(NativeEnv, gym.Env[Any, Any]):
         super().reset(seed=seed)
         self._seed = int(self.np_random.integers(2**63)) if seed is None else as_seed(seed)
         self._native.reset(np.array([self._seed], dtype=np.uint64), self._mask)
+        self._plan = Plan()
+        self._show()
         return self._observation(), self._info()
 
     def step(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -109,6 +114,10 @@ class SearchEnv(NativeEnv, gym.Env[Any, Any]):
         self._actions[0] = as_action(action)
         self._native.step(self._actions)
         arrays = self._arrays
+        if self.render_mode is not None:
+            is_over = bool(arrays["terminated"][0] or arrays["truncated"][0])
+            self._plan.take(self._goal(), int(self.path[-1]), is_over)
+            self._show()
         return (
             self._observation(),
             float(arrays["reward"][0]),
@@ -120,14 +129,25 @@ class SearchEnv(NativeEnv, gym.Env[Any, Any]):
     def render(self) -> NDArray[np.uint8] | None:
         """The map as a picture, north up, uint8, shape ``(height, width, 3)``; nothing without a ``render_mode``.
 
-        Dark cells cannot be entered, red is belief; a blue line is the way, a ring an object (green once it is found), a blue
-        square the robot.
+        Dark cells cannot be entered, red is belief; a blue line is the path, a ring an object (green once it is found), a blue
+        square the robot, dots the planned path and a cross its goal; the legend below says so. A goal is the last waypoint,
+        or the end of what :meth:`show_plan` was given. With ``render_mode="human"`` the picture is in a window, which every
+        reset and step draws.
         """
         self._check_open("render")
         if self.render_mode is None:
             gym.logger.warn("no render_mode was given to SearchEnv")
+        if self.render_mode != "rgb_array":
+            self._show()
             return None
-        return picture.draw(self.scenario, self.belief()["probability"], [self.path], self.objects)
+        return self._picture(0)
+
+    def show_plan(self, cells: ArrayLike) -> None:
+        """Pictures show these cells, in the order in which they are to be entered, as the planned path: what a policy plans,
+        ``decision.path``, and only a waypoint or a step tells of. Until the robot leaves it, or the episode ends.
+        """
+        self._check_open("show_plan")
+        self._plan = Plan(as_cells(cells, self.scenario))
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions can be taken, shape ``(actions,)``: the name under which sb3-contrib looks for it."""
@@ -172,6 +192,14 @@ class SearchEnv(NativeEnv, gym.Env[Any, Any]):
     def termination_reason(self) -> str | None:
         """Why the episode is over: ``"found"``, ``"cleared"`` or ``"spent"``; ``None`` if it is not."""
         return self._native.termination_reason(0)
+
+    def _goal(self) -> int | None:
+        return int(self._actions[0]) if self._choices[0] == "waypoint" else None
+
+    def _picture(self, place: int) -> NDArray[np.uint8]:
+        belief = self.belief()
+        plan = self._plan.ahead(belief["distance"], self.scenario.connectivity)
+        return picture.draw(self.scenario, belief["probability"], [self.path], self.objects, [plan])
 
     def _observation(self) -> Any:
         belief = self.belief() if self._observer.kind == "belief" else None

@@ -1,4 +1,4 @@
-"""Recordings as arrays and plain records."""
+"""Recordings as arrays, plain records and data frames."""
 
 from __future__ import annotations
 
@@ -6,12 +6,19 @@ import os
 from dataclasses import dataclass
 from math import cos, sin
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _dragnet
+from .frames import TABLES
+
+if TYPE_CHECKING:
+    import pandas  # type: ignore[import-untyped]
+
+#: Data frames of a recording: see :meth:`Recording.to_pandas`.
+RecordingTable = Literal["cells", "observations", "readings", "plans", "heartbeats", "statuses", "declared"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,39 @@ class Recording:
         along, up = (column + 0.5) * self.cell_meters, (row + 0.5) * self.cell_meters
         x, y, yaw = self.origin
         return x + cos(yaw) * along - sin(yaw) * up, y + sin(yaw) * along + cos(yaw) * up
+
+    @property
+    def probability(self) -> NDArray[np.float64]:
+        """Probability of an object at the end, of all that was observed; 0 where nothing is searched."""
+        with np.errstate(over="ignore"):
+            probability: NDArray[np.float64] = 1.0 / (1.0 + np.exp(-self.log_odds))
+        return probability
+
+    def to_pandas(self, table: RecordingTable) -> pandas.DataFrame:
+        """A part of the recording as a data frame, one row for each
+
+        - ``"cells"``: cell: ``row``, ``column``, ``x_meters``, ``y_meters`` (its middle, in the frame ``map``),
+          ``traversable``, ``searched``, ``prior``, ``log_odds`` and ``probability`` at the end;
+        - ``"observations"``: observation: ``time_seconds``, ``robot`` (0 is the operator), ``cell``;
+        - ``"readings"``: reading: ``observation`` (its row there), ``time_seconds``, ``robot`` and ``observed_from`` (cell) of that;
+          ``cell``, ``value``, ``variance``;
+        - ``"plans"``: cell of a plan: ``time_seconds``, ``robot``, ``decision``, ``step`` (from 0 on), ``cell``;
+        - ``"heartbeats"``: heartbeat: ``time_seconds``, ``robot``, ``activity``, ``cell``, ``path_meters``, ``digest``;
+        - ``"statuses"``: status of the mission: ``declared`` (how many cells), ``time_seconds``, ``observations``,
+          ``expected_remaining``, ``digest``;
+        - ``"declared"``: cell that a status declares: ``time_seconds``, ``cell``, ``probability``.
+
+        ``cell`` joins them: ``recording.to_pandas("declared").merge(recording.to_pandas("cells"), on="cell")``.
+        Raises ``ImportError`` without pandas.
+        """
+        if table not in TABLES:
+            allowed = ", ".join(f'"{name}"' for name in TABLES)
+            raise ValueError(f'table "{table}"; allowed are {allowed}')
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("Recording.to_pandas needs pandas: pip install 'dragnet[tables]'") from None
+        return pandas.DataFrame(dict(TABLES[table](self)))
 
     def path(self, robot: int) -> NDArray[np.int64]:
         """Every cell that a robot has looked from, in order."""

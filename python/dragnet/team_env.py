@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import seeding
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _dragnet, picture
 from .choices import (
@@ -26,6 +26,7 @@ from .choices import (
 )
 from .native import NativeEnv, shaped
 from .observation import Arrays, Observer, action_space, state_space
+from .plan import Plan, as_cells
 from .scenario import Scenario, as_scenario
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ _REASONS = _dragnet.reasons()
 class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
     """The environment of :func:`parallel_env`."""
 
-    metadata = {"name": "dragnet_search_v0", "render_modes": ["rgb_array"], "render_fps": 10}
+    metadata = {"name": "dragnet_search_v0", "render_modes": ["human", "rgb_array"], "render_fps": 10}
 
     def __init__(
         self,
@@ -55,7 +56,7 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
         crashes: Mapping[int, float],
         render_mode: RenderMode | None,
     ):
-        check_render_mode(render_mode)
+        check_render_mode(render_mode, self.metadata["render_modes"])
         self.scenario = scenario
         self.render_mode = render_mode
         self._choices = (control, reward, masked_action, observation, frame, dict(crashes))
@@ -69,10 +70,12 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
         self._mask = np.ones(1, dtype=np.bool_)
         self._random: np.random.Generator | None = None
         self._seed = 0
+        self._plans = [Plan() for _ in self.possible_agents]
         self._observation_space = self._observer.space()
         self._action_spaces = {agent: action_space(scenario, control) for agent in self.possible_agents}
         #: The space of :meth:`state`.
         self.state_space = state_space(scenario)
+        self._open_window(scenario.name)
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The space of a robot's observations: the same for all."""
@@ -101,6 +104,8 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
             self._seed = int(self._random.integers(2**63))
         self._native.reset(np.array([self._seed], dtype=np.uint64), self._mask)
         self.agents = list(self.possible_agents)
+        self._plans = [Plan() for _ in self.possible_agents]
+        self._show()
         return self._observations(self.agents), self._infos(self.agents)
 
     def step(
@@ -120,6 +125,9 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
         terminated = dict(zip(moved, arrays["terminated"][0, places].tolist(), strict=True))
         truncated = dict(zip(moved, arrays["truncated"][0, places].tolist(), strict=True))
         self.agents = [agent for agent in moved if not (terminated[agent] or truncated[agent])]
+        if self.render_mode is not None:
+            self._follow_plans()
+            self._show()
         return (
             self._observations(moved),
             dict(zip(moved, arrays["reward"][0, places].tolist(), strict=True)),
@@ -149,12 +157,18 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
         return {agent: masks[self._places[agent]].astype(np.bool_) for agent in self.agents}
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The map as a picture, with what the first robot believes and the ways of all: see :meth:`SearchEnv.render`."""
+        """The map as a picture, with what the first robot believes, and the paths and plans of all: see
+        :meth:`SearchEnv.render`."""
         self._check_open("render")
-        if self.render_mode is None:
+        if self.render_mode != "rgb_array":
+            self._show()
             return None
-        ways = self._native.tracks(0)
-        return picture.draw(self.scenario, self._native.belief(0, 0)["probability"], ways, self.objects)
+        return self._picture(0)
+
+    def show_plan(self, agent: str, cells: ArrayLike) -> None:
+        """Pictures show these cells as the planned path of a robot: see :meth:`SearchEnv.show_plan`."""
+        self._check_open("show_plan")
+        self._plans[self._places[agent]] = Plan(as_cells(cells, self.scenario))
 
     @property
     def features(self) -> list[str]:
@@ -171,6 +185,20 @@ class TeamEnv(NativeEnv, ParallelEnv):  # type: ignore[misc]
         """Digest of what each robot believes, by its name, and of all that was seen, by ``"team"``."""
         own, team = self._native.digests(0)
         return dict(zip(self.possible_agents, own, strict=True)) | {"team": team}
+
+    def _follow_plans(self) -> None:
+        is_waypoint = self._choices[0] == "waypoint"
+        for agent, cell, plan in zip(self.possible_agents, self._native.cells(0), self._plans, strict=True):
+            goal = int(self._actions[self._places[agent]]) if is_waypoint else None
+            plan.take(goal, cell, agent not in self.agents)
+
+    def _picture(self, place: int) -> NDArray[np.uint8]:
+        beliefs = [self._native.belief(0, robot) for robot in range(self.scenario.robots)]
+        plans = [
+            plan.ahead(belief["distance"], self.scenario.connectivity)
+            for plan, belief in zip(self._plans, beliefs, strict=True)
+        ]
+        return picture.draw(self.scenario, beliefs[0]["probability"], self._native.tracks(0), self.objects, plans)
 
     def _observations(self, agents: list[str]) -> dict[str, Any]:
         is_belief = self._observer.kind == "belief"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _dragnet, picture
 from .batch_env import BatchEnv
-from .choices import Control, Frame, MaskedAction, ObservationKind, RenderMode, Reward
+from .choices import Control, Frame, MaskedAction, ObservationKind, Reward, VectorRenderMode
 from .observation import action_space, state_space
 from .scenario import Scenario, as_scenario
 
@@ -53,7 +53,7 @@ class TeamVectorEnv(BatchEnv):
         observation: ObservationKind = "dict",
         frame: Frame = "map",
         crashes: Mapping[int, float] | None = None,
-        render_mode: RenderMode | None = None,
+        render_mode: VectorRenderMode | None = None,
         copy: bool = False,
     ):
         chosen = as_scenario(scenario)
@@ -109,5 +109,8 @@ class TeamVectorEnv(BatchEnv):
 
     def _picture(self, place: int) -> NDArray[np.uint8]:
         native: _dragnet.TeamBatch = self._native
-        probability = native.belief(place, 0)["probability"]
-        return picture.draw(self.scenario, probability, native.tracks(place), native.objects(place))
+        beliefs = [native.belief(place, robot) for robot in range(self.scenario.robots)]
+        plans = self._ahead(beliefs, place)
+        return picture.draw(
+            self.scenario, beliefs[0]["probability"], native.tracks(place), native.objects(place), plans
+        )

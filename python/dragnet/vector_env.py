@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from . import _dragnet, picture
 from .batch_env import BatchEnv
-from .choices import Control, End, Frame, MaskedAction, ObservationKind, RenderMode, Reward
+from .choices import Control, End, Frame, MaskedAction, ObservationKind, Reward, VectorRenderMode
 from .scenario import Scenario, as_scenario
 
 
@@ -34,7 +34,7 @@ class SearchVectorEnv(BatchEnv):
         masked_action: MaskedAction = "stay",
         observation: ObservationKind = "dict",
         frame: Frame = "map",
-        render_mode: RenderMode | None = None,
+        render_mode: VectorRenderMode | None = None,
         copy: bool = False,
     ):
         super().__init__(
@@ -58,5 +58,6 @@ class SearchVectorEnv(BatchEnv):
 
     def _picture(self, place: int) -> NDArray[np.uint8]:
         native: _dragnet.Batch = self._native
-        probability = native.belief(place)["probability"]
-        return picture.draw(self.scenario, probability, [native.track(place)], native.objects(place))
+        belief = native.belief(place)
+        plans = self._ahead([belief], place)
+        return picture.draw(self.scenario, belief["probability"], [native.track(place)], native.objects(place), plans)

@@ -12,6 +12,9 @@ import dragnet
 ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = ROOT / "scenarios"
 
+# Windows without a screen.
+os.environ["SDL_VIDEODRIVER"] = "dummy"
+
 KINDS = ["dict", "planes", "graph", "belief"]
 
 

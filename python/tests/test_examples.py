@@ -93,6 +93,11 @@ def test_a_picture_is_drawn(tmp_path):
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_the_gallery_is_drawn(tmp_path):
+    example("gallery").main(tmp_path, ["FigureFour"])
+    assert (tmp_path / "FigureFour.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_the_code_of_the_guide_runs(monkeypatch):
     """Block after block, as a reader would type it; with fewer steps of learning and fewer seeds."""
     monkeypatch.chdir(ROOT)

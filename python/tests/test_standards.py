@@ -204,20 +204,3 @@ def test_a_scenario_is_pickled_with_all_that_was_changed():
         "decision_ms_p50": 0,
         "decision_ms_p99": 0,
     }
-
-
-def test_a_picture_shows_walls_ways_and_objects_with_the_north_on_top():
-    env = dragnet.SearchEnv(small(), render_mode="rgb_array")
-    env.reset(seed=1)
-    image = env.render()
-    rows, columns = env.scenario.shape
-    scale = image.shape[0] // rows
-    assert image.shape == (rows * scale, columns * scale, 3)
-    assert image.dtype == np.uint8
-    row, column = divmod(int(env.path[-1]), columns)
-    middle = image[(rows - 1 - row) * scale + scale // 2, column * scale + scale // 2]
-    assert middle.tolist() == [31, 119, 180]
-    blocked = np.argwhere(~env.scenario.traversable & ~env.scenario.searched)
-    if len(blocked):
-        row, column = blocked[0]
-        assert image[(rows - 1 - row) * scale + 1, column * scale + 1].max() < 80

@@ -78,6 +78,16 @@ fn bad_input_from_python_is_an_exception_with_the_reason() {
 }
 
 #[test]
+fn pictures_of_searches_and_tables_of_recordings_are_made_in_python() {
+    check("test_pictures.py");
+}
+
+#[test]
+fn the_documentation_is_a_site_and_its_notebook_runs() {
+    check("test_site.py");
+}
+
+#[test]
 fn the_examples_in_python_run() {
     check("test_examples.py");
 }
