@@ -44,21 +44,21 @@ pub(crate) struct Arguments {
     /// Number of rounds, 1 to 60000
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=60_000), allow_negative_numbers = true)]
     rounds: u32,
-    /// Number of decisions of a round that are learned from, 1 to 65535
-    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
-    decisions: u16,
+    /// Number of passes over the decisions of a round, at least 1
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
+    passes: u32,
     /// Number of decisions per training step, 1 to 65535
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     batch: u16,
     /// Initial learning rate of Adam, above 0 to 1; it falls to 0 along half a cosine
-    #[arg(long, value_name = "R", default_value_t = 1e-4, allow_negative_numbers = true)]
+    #[arg(long, value_name = "R", default_value_t = 3e-4, allow_negative_numbers = true)]
     learning_rate: f64,
     /// Temperature at which choices are drawn, above 0: the lower, the rarer are others than the best
-    #[arg(long, value_name = "T", default_value_t = 0.5, allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", default_value_t = 0.1, allow_negative_numbers = true)]
     temperature: f64,
     /// How far a decision answers for what follows it, 0 to 1: 0 for its own way only, which is to imitate `tour`, 1 for
     /// all of the search
-    #[arg(long, value_name = "SHARE", default_value_t = 0.9, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.8, allow_negative_numbers = true)]
     trace: f64,
     /// Seed of the order of decisions: a whole number from 0
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = scenario::parse_seed, allow_negative_numbers = true)]

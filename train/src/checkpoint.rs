@@ -27,6 +27,8 @@ pub(super) struct Checkpoint<E> {
 
 /// The same by reference, for writing.
 pub(super) struct View<'a, E> {
+    /// What of the weights is learned: Adam has moments for these.
+    pub(super) learned: &'a [Parameter],
     pub(super) weights: &'a Weights,
     pub(super) best: &'a Weights,
     pub(super) adam: &'a Adam,
@@ -42,7 +44,7 @@ struct Header<T, E> {
     steps: u64,
 }
 
-/// The four tensors of each parameter.
+/// The tensors of each parameter; moments are of those that are learned.
 const PARTS: [&str; 4] = ["weights", "best", "first_moment", "second_moment"];
 
 pub(super) fn write<T: Serialize, E: Serialize>(
@@ -62,16 +64,18 @@ fn to_bytes<T: Serialize, E: Serialize>(training: &T, now: &View<'_, E>) -> Resu
         steps: now.adam.steps,
     };
     let mut tensors = Vec::new();
-    for (place, Parameter { name, shape }) in now.weights.shape().parameters().into_iter().enumerate() {
-        let parts = [
-            now.weights.get(&name).to_vec(),
-            now.best.get(&name).to_vec(),
-            values(&now.adam.first[place]),
-            values(&now.adam.second[place]),
-        ];
-        for (part, values) in PARTS.iter().zip(parts) {
-            tensors.push(file::Tensor::of_floats(format!("{part}.{name}"), shape.clone(), &values));
-        }
+    let mut add = |part: &str, parameter: &Parameter, values: &[f32]| {
+        let Parameter { name, shape } = parameter;
+        tensors.push(file::Tensor::of_floats(format!("{part}.{name}"), shape.clone(), values));
+    };
+    let [weights, best, first, second] = PARTS;
+    for parameter in now.weights.shape().parameters() {
+        add(weights, &parameter, now.weights.get(&parameter.name));
+        add(best, &parameter, now.best.get(&parameter.name));
+    }
+    for (place, parameter) in now.learned.iter().enumerate() {
+        add(first, parameter, &values(&now.adam.first[place]));
+        add(second, parameter, &values(&now.adam.second[place]));
     }
     file::serialize(KIND, &header, &tensors)
 }
@@ -79,16 +83,16 @@ fn to_bytes<T: Serialize, E: Serialize>(training: &T, now: &View<'_, E>) -> Resu
 pub(super) fn read<T: DeserializeOwned + PartialEq + Debug, E: DeserializeOwned>(
     path: &Path,
     training: &T,
-    shape: Shape,
+    (shape, learned): (Shape, &[Parameter]),
     device: Device,
 ) -> Result<Checkpoint<E>, FileError> {
-    file::read(KIND, path, |bytes| from_bytes(bytes, training, shape, device))
+    file::read(KIND, path, |bytes| from_bytes(bytes, training, (shape, learned), device))
 }
 
 fn from_bytes<T: DeserializeOwned + PartialEq + Debug, E: DeserializeOwned>(
     bytes: &[u8],
     training: &T,
-    shape: Shape,
+    (shape, learned): (Shape, &[Parameter]),
     device: Device,
 ) -> Result<Checkpoint<E>, String> {
     let (header, tensors): (Header<T, E>, _) = file::parse(KIND, bytes)?;
@@ -98,18 +102,15 @@ fn from_bytes<T: DeserializeOwned + PartialEq + Debug, E: DeserializeOwned>(
             header.training
         ));
     }
-    let part = |part: &str| -> Result<Vec<Vec<f32>>, String> {
-        let parameters = shape.parameters().into_iter();
-        parameters
-            .map(|Parameter { name, shape }| tensors.floats(&format!("{part}.{name}"), &shape))
-            .collect()
+    let part = |part: &str, parameters: &[Parameter]| -> Result<Vec<Vec<f32>>, String> {
+        parameters.iter().map(|it| tensors.floats(&format!("{part}.{}", it.name), &it.shape)).collect()
     };
     let weights = |name: &str, recipe| {
-        let mut values = part(name)?.into_iter();
+        let mut values = part(name, &shape.parameters())?.into_iter();
         Weights::build(shape, recipe, |_, _| values.next().unwrap_or_default())
     };
     let moments = |name: &str| -> Result<Vec<Tensor>, String> {
-        let parameters = part(name)?.into_iter().zip(shape.parameters());
+        let parameters = part(name, learned)?.into_iter().zip(learned);
         Ok(parameters.map(|(values, parameter)| tensor(&values, &parameter.shape, device)).collect())
     };
     let [weights_name, best, first, second] = PARTS;

@@ -80,7 +80,7 @@ impl<'a> Trainer<'a> {
     ) -> Result<Self, FileError> {
         let cloning = Cloning::new(&settings, data);
         let Checkpoint { weights, best, adam, history } =
-            checkpoint::read(path, &cloning, settings.shape, device)?;
+            checkpoint::read(path, &cloning, (settings.shape, &settings.shape.parameters()), device)?;
         let model = Model::of(&weights, device);
         Ok(Self { data, settings, model, adam, history, best, program: program.to_owned() })
     }
@@ -93,6 +93,7 @@ impl<'a> Trainer<'a> {
         let weights = self.model.weights(Recipe::default());
         let weights = weights.map_err(|reason| FileError::content(path, reason))?;
         let now = checkpoint::View {
+            learned: &self.settings.shape.parameters(),
             weights: &weights,
             best: &self.best,
             adam: &self.adam,

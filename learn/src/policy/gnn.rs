@@ -77,6 +77,14 @@ impl Gnn {
     }
 }
 
+impl Opinion {
+    /// What the last layers had of a cell; `gnn` has not been asked since.
+    pub(crate) fn head_inputs<'a>(&'a self, gnn: &'a Gnn, cell: Cell) -> impl Iterator<Item = f32> + 'a {
+        let node = self.graph.topology.node(cell) as usize;
+        gnn.network.head_inputs(&self.graph, &gnn.workspace, node)
+    }
+}
+
 /// The decision of a robot that goes round in a circle.
 pub(crate) fn escape(situation: &Situation<'_>, random: &mut Stream) -> Decision {
     policy::build(policy::PolicyName::Path, ESCAPE).decide(situation, random)

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
+use dragnet_search::cell::Cell;
 use dragnet_search::policy::{CostToGo, Decision, Policy, TourCost};
 use dragnet_search::seed::Stream;
 use dragnet_search::situation::Situation;
 use rand::RngExt;
 
-use crate::graph::Graph;
 use crate::network::Network;
 use crate::policy::{Gnn, Opinion, escape};
 
@@ -25,14 +25,12 @@ pub struct Visit {
 }
 
 /// A choice that was drawn.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// What the network saw.
-    pub graph: Graph,
-    /// The chosen node.
-    pub chosen: u32,
-    /// Whether the network may choose a node, shape `[nodes]`.
-    pub is_candidate: Vec<bool>,
+    /// What the last layers had of each cell that the network could choose, shape `[candidates, Shape::head_inputs]`.
+    pub inputs: Vec<f32>,
+    /// Which of them it was.
+    pub chosen: usize,
     /// `ln pi(chosen)`.
     pub log_probability: f64,
 }
@@ -58,7 +56,7 @@ impl Policy for Explorer {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
         let to_go = self.critic.to_go(situation, random);
         let (decision, choice) = match self.gnn.opinion(situation) {
-            Some(opinion) => drawn(opinion, self.temperature, situation, random),
+            Some(opinion) => self.drawn(&opinion, situation, random),
             None => (escape(situation, random), None),
         };
         let length_cells = length_cells(situation, &decision);
@@ -68,27 +66,29 @@ impl Policy for Explorer {
     }
 }
 
-/// The best cell by logits to which noise of Gumbel's distribution is added: that of a draw by their softmax. Cells
-/// whose path tells nothing are passed over as always; then the draw is from the rest, whatever its noted probability.
-fn drawn(
-    opinion: Opinion,
-    temperature: f64,
-    situation: &Situation<'_>,
-    random: &mut Stream,
-) -> (Decision, Option<Choice>) {
-    let Opinion { graph, routes, scores } = opinion;
-    let log_policy = log_softmax(scores.iter().map(|score| score / temperature).collect());
-    let mut gumbel = || -(-(random.random::<f64>().max(f64::MIN_POSITIVE)).ln()).ln();
-    let noisy = log_policy.iter().map(|&it| if it.is_finite() { it + gumbel() } else { it }).collect();
-    let decision = Decision::best_of_informative(situation, &routes, noisy);
-    let log_probability = log_policy[decision.chosen.index()];
-    let choice = (!decision.is_rest() && log_probability.is_finite()).then(|| Choice {
-        chosen: graph.topology.node(decision.chosen),
-        is_candidate: graph.topology.cells().iter().map(|it| log_policy[it.index()].is_finite()).collect(),
-        log_probability,
-        graph,
-    });
-    (decision, choice)
+impl Explorer {
+    /// The best cell by logits to which noise of Gumbel's distribution is added: that of a draw by their softmax. Cells
+    /// whose path tells nothing are passed over as always; then the draw is from the rest, whatever its noted probability.
+    fn drawn(
+        &self,
+        opinion: &Opinion,
+        situation: &Situation<'_>,
+        random: &mut Stream,
+    ) -> (Decision, Option<Choice>) {
+        let log_policy = log_softmax(opinion.scores.iter().map(|score| score / self.temperature).collect());
+        let mut gumbel = || -(-(random.random::<f64>().max(f64::MIN_POSITIVE)).ln()).ln();
+        let noisy = log_policy.iter().map(|&it| if it.is_finite() { it + gumbel() } else { it }).collect();
+        let decision = Decision::best_of_informative(situation, &opinion.routes, noisy);
+        let cells = situation.terrain.grid().cells();
+        let candidates: Vec<Cell> = cells.filter(|cell| log_policy[cell.index()].is_finite()).collect();
+        let chosen = candidates.iter().position(|&cell| cell == decision.chosen && !decision.is_rest());
+        let choice = chosen.map(|chosen| Choice {
+            inputs: candidates.iter().flat_map(|&cell| opinion.head_inputs(&self.gnn, cell)).collect(),
+            chosen,
+            log_probability: log_policy[decision.chosen.index()],
+        });
+        (decision, choice)
+    }
 }
 
 /// `ln softmax`; `-inf` stays what it is.
@@ -109,4 +109,68 @@ fn length_cells(situation: &Situation<'_>, decision: &Decision) -> f64 {
     let grid = situation.terrain.grid();
     let from = std::iter::once(&situation.robot).chain(&decision.path);
     from.zip(&decision.path).map(|(&from, &to)| grid.offset(from, to).euclidean()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use dragnet_search::belief::Belief;
+    use dragnet_search::intent::PlannedPrecision;
+    use dragnet_search::seed::{Purpose, stream};
+    use dragnet_search::sensor::{Noise, Sensor};
+    use dragnet_search::terrain::Terrain;
+
+    use super::*;
+    use crate::policy::Shipped;
+
+    /// How often each cell is chosen of 2,000 draws in a corner of a small map, with the noted probability of each.
+    fn chosen(temperature: f64) -> (Vec<(f64, f64)>, Decision) {
+        let terrain = Terrain::from_ascii(".....\n.#.#.\n.....\n", 30.0).unwrap();
+        let belief = Belief::from_log_odds(&terrain, vec![-2.0; 15]).unwrap();
+        let sensor = Sensor::new(2, 0.05, Noise::Gaussian).unwrap();
+        let nothing = PlannedPrecision::nothing(&terrain);
+        let corner = terrain.grid().cells().next().unwrap();
+        let situation = Situation::alone(&terrain, &sensor, &belief, &nothing, corner);
+        let mut random = stream(3, Purpose::Decision, 1);
+        let network = Shipped::Tour.network();
+        let best = Gnn::new(Arc::clone(&network)).decide(&situation, &mut random);
+        let mut chosen = vec![(0.0, 0.0); 15];
+        for _ in 0..2000 {
+            let (sink, visits) = mpsc::channel();
+            let mut explorer = Explorer::new(Arc::clone(&network), temperature, sink);
+            let decision = explorer.decide(&situation, &mut random);
+            let visit = visits.try_recv().unwrap();
+            assert!((visit.length_cells - decision.path.len() as f64).abs() < 1e-9);
+            let choice = visit.choice.unwrap();
+            let candidates = choice.inputs.len() / network.shape().head_inputs();
+            assert!(choice.chosen < candidates && candidates < 12, "{candidates}");
+            let of_cell = &mut chosen[decision.chosen.index()];
+            *of_cell = (of_cell.0 + 1.0 / 2000.0, choice.log_probability.exp());
+        }
+        (chosen, best)
+    }
+
+    #[test]
+    fn a_cell_is_drawn_as_often_as_its_probability_says() {
+        let (chosen, _) = chosen(2.0);
+        assert!(chosen.iter().filter(|(share, _)| *share > 0.02).count() > 3, "{chosen:?}");
+        for (share, probability) in chosen {
+            assert!((share - probability).abs() < 0.05, "{share} of {probability}");
+        }
+    }
+
+    #[test]
+    fn at_a_low_temperature_it_is_the_best() {
+        let (chosen, best) = chosen(1e-4);
+        assert!(chosen[best.chosen.index()].0 > 0.999, "{chosen:?}");
+    }
+
+    #[test]
+    fn without_candidates_there_is_no_probability() {
+        let none = log_softmax(vec![f64::NEG_INFINITY; 3]);
+        assert!(none.iter().all(|it| *it == f64::NEG_INFINITY));
+        let two = log_softmax(vec![1000.0, f64::NEG_INFINITY, 1000.0]);
+        assert!((two[0].exp() - 0.5).abs() < 1e-12 && two[1] == f64::NEG_INFINITY);
+    }
 }

@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut reinforcer = if files.checkpoint.exists() {
         complain("note", &format!("going on from {}", files.checkpoint.display()));
-        Reinforcer::resume(&start, settings, device, VERSION, &files.checkpoint).map_err(Failure::input)?
+        Reinforcer::resume(start, settings, device, VERSION, &files.checkpoint).map_err(Failure::input)?
     } else {
         Reinforcer::new(start, settings, device, VERSION)
     };
@@ -77,18 +77,20 @@ fn round(reinforcer: &mut Reinforcer, arguments: &Arguments, held_out: &Searches
         let cells = held_out.mean_cells(&network, &Bars)?;
         reinforcer.measured(cells).map_err(Failure::Run)?;
     }
-    let round = reinforcer.took(begun.elapsed());
-    Ok(terminal::print(&described(round, exploring))?)
+    reinforcer.took(begun.elapsed());
+    let round = reinforcer.history().last();
+    Ok(terminal::print(&round.map(|round| described(round, exploring)).unwrap_or_default())?)
 }
 
 fn described(round: &Round, exploring: f64) -> String {
     let held_out = round.held_out_cells.map_or_else(String::new, |cells| format!("; held out: {cells:.2} cells"));
     format!(
-        "round {}: {} searches, {} decisions, {:.2} cells, advantage {:.2} +- {:.2}, probability {:.3}{held_out} ({:.0} s, {exploring:.0} s of them exploring)\n",
+        "round {}: {} searches, {} decisions, {:.2} cells, {:.3} of tour, advantage {:.2} +- {:.2}, probability {:.3}{held_out} ({:.0} s, {exploring:.0} s of them exploring)\n",
         round.round,
         round.searches,
         round.decisions,
         round.expected_cells,
+        round.of_tour,
         round.advantage,
         round.advantage_deviation,
         round.probability,
@@ -133,7 +135,7 @@ fn settings(arguments: &Arguments, start: &Weights) -> Result<Reinforcement, Fai
     Ok(Reinforcement {
         seed: arguments.seed,
         rounds: arguments.rounds,
-        decisions: arguments.decisions.into(),
+        passes: arguments.passes,
         batch: arguments.batch.into(),
         learning_rate: arguments.learning_rate,
         temperature: arguments.temperature,

@@ -10,7 +10,7 @@ use crate::situation::Situation;
 
 /// Tours that an estimate evaluates; ten times as many in the first. With a tenth of the expert's evaluations a tour is
 /// a few percent longer, at every decision alike.
-const EVALUATIONS: u32 = 150;
+const EVALUATIONS: u32 = 100;
 
 /// What is to come of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
