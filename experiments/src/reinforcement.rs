@@ -68,7 +68,11 @@ impl Searches {
     ///
     /// # Errors
     /// If a search fails or the work is cancelled.
-    pub fn mean_cells(&self, network: &Arc<Network>, progress: &dyn Progress) -> Result<f64, ExperimentError> {
+    pub fn mean_cells(
+        &self,
+        network: &Arc<Network>,
+        progress: &dyn Progress,
+    ) -> Result<f64, ExperimentError> {
         let measure = |(seed, scenario): &(u64, Scenario)| {
             let mut robots = episode::team(scenario, *seed, |config| {
                 Agent::with_policy(config, Box::new(Gnn::new(Arc::clone(network))))

@@ -34,7 +34,9 @@ fn what_is_expected_at_first_is_about_what_is_driven_and_the_critic_follows_the_
 fn the_same_seed_is_the_same_search() {
     let told = |seed| {
         let visits = searched(seed).into_iter();
-        visits.map(|visit| (visit.to_go, visit.length_cells, visit.choice.map(|it| it.chosen))).collect::<Vec<_>>()
+        visits
+            .map(|visit| (visit.to_go, visit.length_cells, visit.choice.map(|it| it.chosen)))
+            .collect::<Vec<_>>()
     };
     assert_eq!(told(3), told(3));
     assert_ne!(told(3), told(4));

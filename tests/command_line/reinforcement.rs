@@ -49,7 +49,8 @@ fn a_reinforcement_that_was_stopped_goes_on_to_the_same_weights() {
     let read = |name: &str| fs::read(place.path(name)).unwrap();
     assert!(read("whole.safetensors") == read("killed.safetensors"));
 
-    let compare = ["compare", "small.toml", "--policies", "gnn", "--weights", "whole.safetensors", "--seeds", "2"];
+    let compare =
+        ["compare", "small.toml", "--policies", "gnn", "--weights", "whole.safetensors", "--seeds", "2"];
     place.succeed(&compare);
 }
 

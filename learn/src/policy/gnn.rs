@@ -93,9 +93,7 @@ pub(crate) fn escape(situation: &Situation<'_>, random: &mut Stream) -> Decision
 impl Policy for Gnn {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
         match self.opinion(situation) {
-            Some(Opinion { routes, scores, .. }) => {
-                Decision::best_of_informative(situation, &routes, scores)
-            }
+            Some(Opinion { routes, scores, .. }) => Decision::best_of_informative(situation, &routes, scores),
             None => escape(situation, random),
         }
     }

@@ -124,31 +124,35 @@ mod tests {
     use super::*;
     use crate::policy::Shipped;
 
-    /// How often each cell is chosen of 2,000 draws in a corner of a small map, with the noted probability of each.
-    fn chosen(temperature: f64) -> (Vec<(f64, f64)>, Decision) {
+    fn in_a_corner<T>(look: impl Fn(&Situation<'_>) -> T) -> T {
         let terrain = Terrain::from_ascii(".....\n.#.#.\n.....\n", 30.0).unwrap();
         let belief = Belief::from_log_odds(&terrain, vec![-2.0; 15]).unwrap();
         let sensor = Sensor::new(2, 0.05, Noise::Gaussian).unwrap();
         let nothing = PlannedPrecision::nothing(&terrain);
         let corner = terrain.grid().cells().next().unwrap();
-        let situation = Situation::alone(&terrain, &sensor, &belief, &nothing, corner);
-        let mut random = stream(3, Purpose::Decision, 1);
-        let network = Shipped::Tour.network();
-        let best = Gnn::new(Arc::clone(&network)).decide(&situation, &mut random);
-        let mut chosen = vec![(0.0, 0.0); 15];
-        for _ in 0..2000 {
-            let (sink, visits) = mpsc::channel();
-            let mut explorer = Explorer::new(Arc::clone(&network), temperature, sink);
-            let decision = explorer.decide(&situation, &mut random);
-            let visit = visits.try_recv().unwrap();
-            assert!((visit.length_cells - decision.path.len() as f64).abs() < 1e-9);
-            let choice = visit.choice.unwrap();
-            let candidates = choice.inputs.len() / network.shape().head_inputs();
-            assert!(choice.chosen < candidates && candidates < 12, "{candidates}");
-            let of_cell = &mut chosen[decision.chosen.index()];
-            *of_cell = (of_cell.0 + 1.0 / 2000.0, choice.log_probability.exp());
-        }
-        (chosen, best)
+        look(&Situation::alone(&terrain, &sensor, &belief, &nothing, corner))
+    }
+
+    const DRAWS: usize = 2000;
+
+    /// How often each cell of a small map is chosen, with the noted probability; and the best.
+    fn chosen(temperature: f64) -> (Vec<(f64, f64)>, Cell) {
+        in_a_corner(|situation| {
+            let mut random = stream(3, Purpose::Decision, 1);
+            let network = Shipped::Tour.network();
+            let mut explorer = Explorer::new(Arc::clone(&network), temperature, mpsc::channel().0);
+            let opinion = explorer.gnn.opinion(situation).unwrap();
+            let mut chosen = vec![(0.0, 0.0); 15];
+            for _ in 0..DRAWS {
+                let (decision, choice) = explorer.drawn(&opinion, situation, &mut random);
+                let choice = choice.unwrap();
+                let candidates = choice.inputs.len() / network.shape().head_inputs();
+                assert!(choice.chosen < candidates && candidates < 12, "{candidates}");
+                let of_cell = &mut chosen[decision.chosen.index()];
+                *of_cell = (of_cell.0 + 1.0 / DRAWS as f64, choice.log_probability.exp());
+            }
+            (chosen, Gnn::new(network).decide(situation, &mut random).chosen)
+        })
     }
 
     #[test]
@@ -163,7 +167,20 @@ mod tests {
     #[test]
     fn at_a_low_temperature_it_is_the_best() {
         let (chosen, best) = chosen(1e-4);
-        assert!(chosen[best.chosen.index()].0 > 0.999, "{chosen:?}");
+        assert!(chosen[best.index()].0 > 0.999, "{chosen:?}");
+    }
+
+    #[test]
+    fn each_decision_is_told_with_its_way_and_what_is_to_come() {
+        in_a_corner(|situation| {
+            let (sink, visits) = mpsc::channel();
+            let mut explorer = Explorer::new(Shipped::Tour.network(), 1.0, sink);
+            let decision = explorer.decide(situation, &mut stream(3, Purpose::Decision, 1));
+            let visit = visits.try_recv().unwrap();
+            assert!((visit.length_cells - decision.path.len() as f64).abs() < 1e-9);
+            assert!(visit.to_go.unfinished > 0.5 && visit.to_go.expected_cells > 1.0, "{visit:?}");
+            assert!(visit.choice.is_some());
+        });
     }
 
     #[test]

@@ -38,7 +38,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if reinforcer.history().is_empty() {
         let cells = held_out.mean_cells(&reinforcer.network().map_err(Failure::Run)?, &Bars)?;
         reinforcer.start_measured(cells);
-        terminal::print(&format!("{} held out: {cells:.2} cells\n", terminal::counted(held_out.len(), "search")))?;
+        terminal::print(&format!(
+            "{} held out: {cells:.2} cells\n",
+            terminal::counted(held_out.len(), "search")
+        ))?;
     }
     while !reinforcer.is_done() {
         round(&mut reinforcer, arguments, &held_out)?;
@@ -83,7 +86,8 @@ fn round(reinforcer: &mut Reinforcer, arguments: &Arguments, held_out: &Searches
 }
 
 fn described(round: &Round, exploring: f64) -> String {
-    let held_out = round.held_out_cells.map_or_else(String::new, |cells| format!("; held out: {cells:.2} cells"));
+    let held_out =
+        round.held_out_cells.map_or_else(String::new, |cells| format!("; held out: {cells:.2} cells"));
     format!(
         "round {}: {} searches, {} decisions, {:.2} cells, {:.3} of tour, advantage {:.2} +- {:.2}, probability {:.3}{held_out} ({:.0} s, {exploring:.0} s of them exploring)\n",
         round.round,

@@ -50,9 +50,6 @@ impl TourCost {
             anneal(&planner, start, evaluations, WARM, random)
         };
         self.plan = Plan::new(&planner, &tour);
-        CostToGo {
-            expected_cells: planner.expected_length(&tour),
-            unfinished: unfinished(planner.root.left),
-        }
+        CostToGo { expected_cells: planner.expected_length(&tour), unfinished: unfinished(planner.root.left) }
     }
 }
