@@ -15,13 +15,16 @@ use dragnet_search::situation::Situation;
 use dragnet_search::terrain::Terrain;
 use dragnet_train::{Device, Reinforcement, Reinforcer, set_threads};
 
+/// Of a round.
+const SEARCHES: u16 = 16;
+
 fn settings(rounds: u32) -> Reinforcement {
     Reinforcement {
         seed: 1,
         rounds,
         passes: 3,
-        batch: 16,
-        learning_rate: 1e-3,
+        batch: 8,
+        learning_rate: 3e-3,
         temperature: 1.0,
         trace: 0.0,
         seeds: "these".to_owned(),
@@ -33,7 +36,8 @@ fn start() -> Weights {
     Weights::from_bytes(Shipped::Tour.weights()).unwrap()
 }
 
-/// Searches of one decision each, in the middle of a corridor. Who goes to the west has saved a cell, others have not.
+/// Searches of one decision each, in the middle of a corridor. Who goes far has saved a cell, others have not; the network
+/// could not tell west from east.
 fn searches(reinforcer: &Reinforcer, seed: u64) -> Vec<Vec<Visit>> {
     let terrain = Terrain::from_ascii("...........\n", 30.0).unwrap();
     let belief = Belief::from_log_odds(&terrain, vec![-3.0; 11]).unwrap();
@@ -44,16 +48,16 @@ fn searches(reinforcer: &Reinforcer, seed: u64) -> Vec<Vec<Visit>> {
     let search = |number| {
         let (sink, visits) = mpsc::channel();
         let mut explorer = Explorer::new(network.clone(), 1.0, sink);
-        let decision = explorer.decide(&situation, &mut stream(seed, Purpose::Decision, number));
+        explorer.decide(&situation, &mut stream(seed, Purpose::Decision, number));
         let visit = visits.try_recv().unwrap();
-        let is_west = decision.chosen < middle;
-        let to_go = CostToGo { expected_cells: f64::from(u8::from(is_west)), unfinished: 0.0 };
+        let is_far = visit.length_cells > 2.5;
+        let to_go = CostToGo { expected_cells: f64::from(u8::from(is_far)), unfinished: 0.0 };
         vec![Visit { to_go, ..visit }]
     };
-    (0..48).map(search).collect()
+    (0..SEARCHES).map(search).collect()
 }
 
-fn west(searches: &[Vec<Visit>]) -> f64 {
+fn far(searches: &[Vec<Visit>]) -> f64 {
     let saved = searches.iter().map(|visits| visits[0].to_go.expected_cells);
     saved.sum::<f64>() / searches.len() as f64
 }
@@ -61,14 +65,14 @@ fn west(searches: &[Vec<Visit>]) -> f64 {
 #[test]
 fn what_saved_cells_is_chosen_more_often() {
     set_threads(1);
-    let mut reinforcer = Reinforcer::new(start(), settings(20), Device::Cpu, "test");
-    let before = west(&searches(&reinforcer, 0));
-    assert!((0.2..0.8).contains(&before), "{before}");
-    for seed in 1..=20 {
+    let mut reinforcer = Reinforcer::new(start(), settings(12), Device::Cpu, "test");
+    let before = far(&searches(&reinforcer, 0));
+    assert!(before < 0.8, "{before}");
+    for seed in 1..=12 {
         reinforcer.learn(&searches(&reinforcer, seed)).unwrap();
     }
     assert!(reinforcer.is_done());
-    let after = west(&searches(&reinforcer, 0));
+    let after = far(&searches(&reinforcer, 0));
     assert!(after > 0.9, "{before} {after}");
 }
 
@@ -94,7 +98,7 @@ fn a_reinforcement_goes_on_where_it_was_stopped() {
     }
     assert!(resumed.network().unwrap() == whole.network().unwrap());
     assert!(resumed.best() == whole.best(), "that of the second round");
-    assert_eq!(resumed.best().recipe().own_searches, Some(96));
+    assert_eq!(resumed.best().recipe().own_searches, Some(32));
 
     let other = Reinforcement { trace: 0.5, ..settings(4) };
     let error = Reinforcer::resume(start(), other, Device::Cpu, "test", &path).err().unwrap().to_string();
