@@ -1,4 +1,5 @@
 //! A network's own searches.
+#![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_learn::reinforcement::{Visit, advantages, expected_cells};
