@@ -1,6 +1,6 @@
 //! Searches of a network to learn from, on the mixture that demonstrations are recorded on.
 //!
-//! Only searches of one robot are taken: in a team a search is as long as that of the last, whoever decided.
+//! Only searches of one robot are taken: in a team the search of each depends on what all decide.
 
 use std::sync::Arc;
 

@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     validation_seeds: Seeds,
     /// Number of rounds between two measurements, at least 1
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
-    validate_every: u32,
+    validation_every: u32,
     /// Number of rounds, 1 to 60000
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=60_000), allow_negative_numbers = true)]
     rounds: u32,
@@ -56,8 +56,8 @@ pub(crate) struct Arguments {
     /// Temperature at which choices are drawn, above 0: the lower, the rarer are others than the best
     #[arg(long, value_name = "T", default_value_t = 0.1, allow_negative_numbers = true)]
     temperature: f64,
-    /// How far a decision answers for what follows it, 0 to 1: 0 for its own way only, which is to imitate `tour`, 1 for
-    /// all of the search
+    /// How far a decision answers for what follows it, 0 to 1: 0 for the path to its own waypoint, which is to
+    /// imitate `tour`, 1 for all of the search
     #[arg(long, value_name = "SHARE", default_value_t = 0.8, allow_negative_numbers = true)]
     trace: f64,
     /// Seed of the order of decisions: a whole number from 0

@@ -25,7 +25,7 @@ fn reinforce(place: &Place, out: &str, more: &[&str]) -> String {
 #[test]
 fn a_reinforcement_that_was_stopped_goes_on_to_the_same_weights() {
     let place = Place::new();
-    let every = ["--validate-every", "1"];
+    let every = ["--validation-every", "1"];
     let reported = reinforce(&place, "whole.safetensors", &every);
     assert!(reported.contains("round 3") && reported.contains("written: whole.safetensors"), "{reported}");
     let metrics = fs::read_to_string(place.path("whole.safetensors.metrics.csv")).unwrap();

@@ -1,4 +1,4 @@
-//! A network that is told which of its choices were good, and goes on where it was stopped.
+//! A network learns which of its choices were good, and goes on where it was stopped.
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use std::sync::mpsc;

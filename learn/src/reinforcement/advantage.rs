@@ -4,7 +4,7 @@ use super::Visit;
 
 /// What each decision of a search saved, cells, compared with what `tour` expected before it: the generalized advantage
 /// of Schulman et al. (ICLR 2016, Eq. 16) without discount, where the critic is the expert's cost to go, as in Sun,
-/// Bagnell and Boots (ICLR 2018). With `trace` 0 a decision answers for its own way only, which is to imitate `tour`;
+/// Bagnell and Boots (ICLR 2018). With `trace` 0 a decision answers only for the path to its waypoint, which is to imitate `tour`;
 /// with 1 for all of the search that followed; between them, for a share `trace` less with each decision.
 #[must_use]
 pub fn advantages(visits: &[Visit], trace: f64) -> Vec<f64> {

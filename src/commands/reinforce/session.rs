@@ -75,7 +75,7 @@ fn round(reinforcer: &mut Reinforcer, arguments: &Arguments, held_out: &Searches
     let exploring = Duration::as_secs_f64(&begun.elapsed());
     reinforcer.learn(&explored).map_err(Failure::Run)?;
     let is_last = number + 1 == arguments.rounds;
-    if is_last || (number + 1).is_multiple_of(arguments.validate_every) {
+    if is_last || (number + 1).is_multiple_of(arguments.validation_every) {
         let network = reinforcer.network().map_err(Failure::Run)?;
         let cells = held_out.mean_cells(&network, &Bars)?;
         reinforcer.measured(cells).map_err(Failure::Run)?;
