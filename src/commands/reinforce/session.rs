@@ -22,7 +22,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     start_anew_with_allocator();
     set_threads(arguments.threads);
     let device = if arguments.cpu { Device::Cpu } else { Device::cuda_if_available() };
-    let held_out = Searches::new(arguments.validation_seeds, Some(arguments.threads))?;
+    // One that is too large would end the last round.
+    let last = arguments.seeds.part(arguments.seeds.count() - 1, 1);
+    Searches::new(last, None).map_err(|error| Failure::Input(format!("--seeds: {error}")))?;
+    let held_out = Searches::new(arguments.validation_seeds, Some(arguments.threads))
+        .map_err(|error| Failure::Input(format!("--validation-seeds: {error}")))?;
     if held_out.is_empty() {
         return Err(Failure::Input(format!(
             "--validation-seeds: none of {} has a search of one robot",
@@ -38,10 +42,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if reinforcer.history().is_empty() {
         let cells = held_out.mean_cells(&reinforcer.network().map_err(Failure::Run)?, &Bars)?;
         reinforcer.start_measured(cells);
-        terminal::print(&format!(
-            "{} held out: {cells:.2} cells\n",
-            terminal::counted(held_out.len(), "search")
-        ))?;
+        terminal::print(&format!("start: held out {cells:.2} cells in {} searches\n", held_out.len()))?;
     }
     while !reinforcer.is_done() {
         round(&mut reinforcer, arguments, &held_out)?;
@@ -53,11 +54,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     // Its contents are in the weights now, and a remaining checkpoint would block the next reinforcement.
     let _ = fs::remove_file(&files.checkpoint);
     terminal::print(&format!(
-        "best after {} of its own\nwritten: {}, {}, {}\n",
-        terminal::counted(
-            usize::try_from(reinforcer.best().recipe().own_searches.unwrap_or(0)).unwrap_or(usize::MAX),
-            "search"
-        ),
+        "best after {} searches of its own\nwritten: {}, {}, {}\n",
+        reinforcer.best().recipe().own_searches.unwrap_or(0),
         arguments.out.display(),
         files.metrics.display(),
         files.curves.display(),
