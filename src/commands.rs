@@ -23,6 +23,7 @@ mod output;
 mod paper;
 mod plan;
 mod recover;
+mod reinforce;
 mod relay;
 mod replay;
 mod run;
@@ -34,6 +35,8 @@ mod settings;
 mod sim;
 mod soak;
 mod train;
+#[cfg(feature = "train")]
+mod training;
 
 use std::fmt;
 use std::io::{self, Write};
@@ -52,6 +55,7 @@ pub(crate) enum Command {
     Benchmark(benchmark::Arguments),
     Demonstrate(demonstrate::Arguments),
     Train(train::Arguments),
+    Reinforce(reinforce::Arguments),
     Merge(merge::Arguments),
     Paper(paper::Arguments),
     Scenarios(scenarios::Arguments),
@@ -90,6 +94,7 @@ pub(crate) fn execute(command: Command) -> Result<(), Failure> {
         Command::Benchmark(arguments) => benchmark::execute(&arguments),
         Command::Demonstrate(arguments) => demonstrate::execute(&arguments),
         Command::Train(arguments) => train::execute(&arguments),
+        Command::Reinforce(arguments) => reinforce::execute(&arguments),
         Command::Merge(arguments) => merge::execute(&arguments),
         Command::Paper(arguments) => paper::execute(&arguments),
         Command::Scenarios(arguments) => scenarios::execute(&arguments),

@@ -22,7 +22,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "soak",
         ],
     ),
-    ("Learn", &["demonstrate", "train"]),
+    ("Learn", &["demonstrate", "train", "reinforce"]),
     ("Field", &["agent", "coordinator", "doctor", "calibrate", "detect", "sim", "relay"]),
     ("Recordings", &["inspect", "replay", "export", "recover"]),
     ("Security and shell", &["keys", "completions", "help"]),

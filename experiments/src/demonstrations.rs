@@ -69,10 +69,17 @@ impl Follow {
     /// If the file is none.
     pub fn load(path: &Path) -> Result<Self, ExperimentError> {
         let weights = Weights::load(path).map_err(ExperimentError::input)?;
-        let bytes = weights.to_bytes().map_err(ExperimentError::Input)?;
-        let digest = Digest(xxhash_rust::xxh3::xxh3_128(&bytes)).to_string();
+        let digest = digest(&weights).map_err(ExperimentError::Input)?;
         Ok(Self { network: Arc::new(Network::new(&weights)), digest })
     }
+}
+
+/// Digest of a network's weights.
+///
+/// # Errors
+/// If they cannot be serialized.
+pub fn digest(weights: &Weights) -> Result<String, String> {
+    Ok(Digest(xxhash_rust::xxh3::xxh3_128(&weights.to_bytes()?)).to_string())
 }
 
 /// The result of recording a shard.

@@ -8,7 +8,8 @@
 //! 4. [`forecast`]: what a search is expected to find, and when;
 //! 5. [`paper`]: the paper's tables and figures, measured again, as one page;
 //! 6. [`demonstrations`]: recording of experts' decisions for training;
-//! 7. [`plot`]: curves as drawings.
+//! 7. [`reinforcement`]: searches of a network to learn from;
+//! 8. [`plot`]: curves as drawings.
 //!
 //! This crate reads no command line and writes to no terminal. The caller passes the program's version and receives
 //! [`progress`].
@@ -23,6 +24,7 @@ pub mod output;
 pub mod paper;
 pub mod plot;
 pub mod progress;
+pub mod reinforcement;
 pub mod seeds;
 pub mod shard;
 

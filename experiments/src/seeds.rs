@@ -23,6 +23,12 @@ impl Seeds {
         self.count
     }
 
+    /// The part of this many seeds, at least one, that begins at an index; both within these.
+    #[must_use]
+    pub fn part(self, first: u64, count: u64) -> Self {
+        Self { first: self.first + first, count }
+    }
+
     /// The seed at an index, `0..count`.
     #[must_use]
     pub fn at(self, place: u64) -> u64 {

@@ -125,6 +125,20 @@ impl Network {
         &workspace.logits
     }
 
+    /// What the last two layers had of a node in the last pass, which was on this graph: shape `[Shape::head_inputs]`.
+    pub(crate) fn head_inputs<'a>(
+        &self,
+        graph: &'a Graph,
+        workspace: &'a Workspace,
+        node: usize,
+    ) -> impl Iterator<Item = f32> + 'a {
+        let Shape { hidden, sum_channels, .. } = self.shape;
+        let of_node = |values: &'a [f32], width: usize| values[node * width..][..width].iter().copied();
+        of_node(&workspace.mixed, hidden)
+            .chain(of_node(&workspace.sums, sum_channels))
+            .chain(of_node(&graph.features, self.shape.features()))
+    }
+
     #[inline(always)]
     fn compute<S: Simd>(&self, simd: S, graph: &Graph, workspace: &mut Workspace) {
         let features = graph.features.as_slice();

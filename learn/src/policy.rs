@@ -11,6 +11,7 @@ use dragnet_search::policy::{self, Parameters, Policy, SCORED_WITHIN_CELLS, Tour
 use crate::network::Network;
 
 pub use gnn::Gnn;
+pub(crate) use gnn::{Opinion, escape};
 pub use name::{PolicyName, UnknownPolicy};
 pub use shipped::Shipped;
 

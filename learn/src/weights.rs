@@ -49,6 +49,9 @@ pub struct Recipe {
     /// If the expert scored only cells with a path shorter than this, cells: the network chooses among those.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_cells: Option<f32>,
+    /// Number of its own searches that the network learned from after that, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own_searches: Option<u64>,
 }
 
 impl Weights {

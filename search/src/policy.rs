@@ -30,7 +30,7 @@ use crate::utility::Utility;
 
 pub use coverage::{AfterPattern, Pattern};
 pub use path_integral_reference::PathIntegralReference;
-pub use tour::{Hidden, HiddenMass, SCORED_WITHIN_CELLS, TourScores};
+pub use tour::{CostToGo, Hidden, HiddenMass, SCORED_WITHIN_CELLS, TourCost, TourScores};
 pub use worth::LEAST_NATS;
 
 /// Chooses the next path.

@@ -15,6 +15,7 @@ pub mod mixture;
 pub mod network;
 pub mod participants;
 mod queue;
+pub mod reinforcement;
 pub mod simulation;
 pub mod single_robot_env;
 pub mod soak;

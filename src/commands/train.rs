@@ -93,9 +93,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
 #[cfg(not(feature = "train"))]
 pub(super) fn execute(_: &Arguments) -> Result<(), Failure> {
-    Err(Failure::Input(
+    Err(built_without())
+}
+
+#[cfg(not(feature = "train"))]
+pub(super) fn built_without() -> Failure {
+    Failure::Input(
         "this program was built without training, which needs libtorch: build it from a checkout with \
          `train/libtorch.sh && cargo build --release --features train`"
             .to_owned(),
-    ))
+    )
 }

@@ -18,6 +18,8 @@ mod paper;
 mod periods;
 mod python;
 mod recordings;
+#[cfg(feature = "train")]
+mod reinforcement;
 mod run;
 mod scale;
 mod scenarios;

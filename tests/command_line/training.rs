@@ -79,7 +79,7 @@ fn a_training_that_was_killed_goes_on_to_the_same_weights() {
 }
 
 /// Waits for a file, with a generous limit.
-fn wait_for(path: &Path) {
+pub(super) fn wait_for(path: &Path) {
     let start = Instant::now();
     while !path.exists() {
         assert!(start.elapsed() < Duration::from_mins(5), "{} does not appear", path.display());

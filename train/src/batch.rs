@@ -6,7 +6,7 @@ use super::data::Sample;
 use dragnet_learn::graph::{Edges, Graph, NEIGHBORS};
 
 /// Added to the score of a missing neighbor and the logit of a cell that is not a candidate: its softmax is 0.
-const NEVER: f32 = -1e9;
+pub(super) const NEVER: f32 = -1e9;
 
 /// A batch of graphs. Rows are `graphs * nodes + 1`.
 #[derive(Debug)]

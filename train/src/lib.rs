@@ -1,6 +1,7 @@
-//! Behavior cloning with libtorch: trains a network to choose as the expert of demonstrations does (paper, Eq. 5).
+//! Training with libtorch: a [`Trainer`] teaches a network to choose as the expert of demonstrations does (paper, Eq. 5),
+//! a [`Reinforcer`] to choose what made its own searches shorter.
 //!
-//! The same demonstrations, settings and seed give the same weights, bit for bit, on one thread of one kind of
+//! The same demonstrations or searches, settings and seed give the same weights, bit for bit, on one thread of one kind of
 //! computer.
 
 mod adam;
@@ -8,6 +9,7 @@ mod batch;
 mod checkpoint;
 mod data;
 mod model;
+mod reinforcer;
 mod settings;
 mod trainer;
 
@@ -15,6 +17,7 @@ pub use tch::Device;
 
 pub use data::{Data, DataError, Spread};
 pub use model::Model;
+pub use reinforcer::{Reinforcement, Reinforcer, Round};
 pub use settings::{Epoch, Measured, Settings};
 pub use trainer::Trainer;
 

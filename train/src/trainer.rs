@@ -8,6 +8,7 @@ use dragnet_files::FileError;
 use dragnet_learn::weights::{Recipe, Weights};
 use dragnet_search::seed::{Purpose, stream};
 use rand::seq::SliceRandom;
+use serde::{Deserialize, Serialize};
 use tch::{Device, Kind};
 
 use super::adam::Adam;
@@ -20,7 +21,27 @@ use super::settings::{Epoch, Measured, Settings};
 /// Batches that are formed together: within them, graphs of similar size are grouped, so that there is little padding.
 const BATCHES_SORTED: usize = 16;
 /// Longer gradients are scaled down to this norm.
-const MOST_GRADIENT: f64 = 1.0;
+pub(super) const MOST_GRADIENT: f64 = 1.0;
+
+/// What identifies a training.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Cloning {
+    settings: Settings,
+    /// Number of training decisions, which identifies the data.
+    decisions: usize,
+    expert: String,
+}
+
+impl Cloning {
+    fn new(settings: &Settings, data: &Data) -> Self {
+        Self { settings: settings.clone(), decisions: data.len(), expert: data.source().to_string() }
+    }
+}
+
+/// Falls from 1 to 0 as `done` rises from 0 to 1.
+pub(super) fn half_cosine(done: f64) -> f64 {
+    0.5 * (1.0 + (PI * done).cos())
+}
 
 /// A training under way.
 pub struct Trainer<'a> {
@@ -57,7 +78,9 @@ impl<'a> Trainer<'a> {
         program: &str,
         path: &Path,
     ) -> Result<Self, FileError> {
-        let Checkpoint { weights, best, adam, history } = checkpoint::read(path, &settings, data, device)?;
+        let cloning = Cloning::new(&settings, data);
+        let Checkpoint { weights, best, adam, history } =
+            checkpoint::read(path, &cloning, (settings.shape, &settings.shape.parameters()), device)?;
         let model = Model::of(&weights, device);
         Ok(Self { data, settings, model, adam, history, best, program: program.to_owned() })
     }
@@ -70,12 +93,13 @@ impl<'a> Trainer<'a> {
         let weights = self.model.weights(Recipe::default());
         let weights = weights.map_err(|reason| FileError::content(path, reason))?;
         let now = checkpoint::View {
+            learned: &self.settings.shape.parameters(),
             weights: &weights,
             best: &self.best,
             adam: &self.adam,
             history: &self.history,
         };
-        checkpoint::write(path, &self.settings, self.data, &now)
+        checkpoint::write(path, &Cloning::new(&self.settings, self.data), &now)
     }
 
     /// Whether all epochs are done, or none of the last ones was better.
@@ -95,9 +119,8 @@ impl<'a> Trainer<'a> {
         let mut sum = 0.0;
         for (step, batch) in batches.iter().enumerate() {
             let done = self.history.len() as f64 + step as f64 / batches.len() as f64;
-            let learning_rate = self.settings.learning_rate
-                * 0.5
-                * (1.0 + (PI * done / f64::from(self.settings.epochs)).cos());
+            let learning_rate =
+                self.settings.learning_rate * half_cosine(done / f64::from(self.settings.epochs));
             sum += self.step(batch, learning_rate) * batch.len() as f64;
             progress(batch.len());
         }
@@ -112,6 +135,7 @@ impl<'a> Trainer<'a> {
             held_out_loss: held_out.loss,
             program: self.program.clone(),
             within_cells: self.data.source().scored_within_cells,
+            own_searches: None,
         };
         let weights = self.model.weights(recipe)?;
         if self.history.iter().all(|before| held_out.loss < before.held_out.loss) {

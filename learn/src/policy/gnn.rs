@@ -47,14 +47,23 @@ impl Gnn {
     }
 }
 
-impl Policy for Gnn {
-    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
+/// What a network says in a situation.
+pub(crate) struct Opinion {
+    pub(crate) graph: Graph,
+    /// To the candidates.
+    pub(crate) routes: ShortestPathTree,
+    /// The logit of each cell that may be chosen, shape `[cells]`; `-inf` for others.
+    pub(crate) scores: Vec<f64>,
+}
+
+impl Gnn {
+    /// What the network says; `None` if the robot goes round in a circle, and [`escape`] decides.
+    pub(crate) fn opinion(&mut self, situation: &Situation<'_>) -> Option<Opinion> {
         let routes = ShortestPathTree::from(situation.terrain, situation.connectivity, situation.robot);
         let graph = Graph::of_shape(self.network.shape(), situation, &routes, &mut self.memory);
         let is_near_only = self.network.within_cells() < f32::INFINITY;
         if is_near_only && self.circle.is_entered(situation.robot, self.memory.hidden_total()) {
-            let mut path = policy::build(policy::PolicyName::Path, ESCAPE);
-            return path.decide(situation, random);
+            return None;
         }
         let routes = situation.with_way_home(routes);
         let logits = self.network.logits_in(&graph, &mut self.workspace);
@@ -64,7 +73,29 @@ impl Policy for Gnn {
                 scores[cell.index()] = f64::from(logit);
             }
         }
-        Decision::best_of_informative(situation, &routes, scores)
+        Some(Opinion { graph, routes, scores })
+    }
+}
+
+impl Opinion {
+    /// What the last layers had of a cell; `gnn` has not been asked since.
+    pub(crate) fn head_inputs<'a>(&'a self, gnn: &'a Gnn, cell: Cell) -> impl Iterator<Item = f32> + 'a {
+        let node = self.graph.topology.node(cell) as usize;
+        gnn.network.head_inputs(&self.graph, &gnn.workspace, node)
+    }
+}
+
+/// The decision of a robot that goes round in a circle.
+pub(crate) fn escape(situation: &Situation<'_>, random: &mut Stream) -> Decision {
+    policy::build(policy::PolicyName::Path, ESCAPE).decide(situation, random)
+}
+
+impl Policy for Gnn {
+    fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
+        match self.opinion(situation) {
+            Some(Opinion { routes, scores, .. }) => Decision::best_of_informative(situation, &routes, scores),
+            None => escape(situation, random),
+        }
     }
 }
 

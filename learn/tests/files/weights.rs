@@ -25,6 +25,7 @@ fn weights(shape: Shape) -> Weights {
         held_out_loss: 0.1 + 0.2,
         program: "0.1.0".to_owned(),
         within_cells: (shape.levels > 0).then_some(5.0),
+        own_searches: Some(4000),
     };
     let fill = |_: &str, shape: &[usize]| {
         (0..shape.iter().product()).map(|_| random.random_range(-1.0..1.0)).collect()

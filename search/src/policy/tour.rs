@@ -20,6 +20,7 @@
 //! driving, because nothing is left that it can confirm, the policy `path` decides.
 
 mod anneal;
+mod cost_to_go;
 mod ground;
 mod hidden;
 mod lanes;
@@ -33,6 +34,7 @@ mod tests;
 
 use std::num::NonZeroU32;
 
+pub use cost_to_go::{CostToGo, TourCost};
 pub use hidden::{Hidden, HiddenMass};
 pub use scores::{SCORED_WITHIN_CELLS, TourScores};
 
@@ -185,9 +187,16 @@ impl Plan {
 
     /// The legs that have not been driven to their end when the robot is where the planner starts.
     fn rest(&self, planner: &Planner<'_>) -> Vec<Leg> {
+        self.legs_after(self.driven(planner.ground.cell(planner.root.at)), planner)
+    }
+
+    /// All legs, from where the planner starts.
+    fn whole(&self, planner: &Planner<'_>) -> Vec<Leg> {
+        self.legs_after(0, planner)
+    }
+
+    fn legs_after(&self, driven: usize, planner: &Planner<'_>) -> Vec<Leg> {
         let ground = planner.ground;
-        let robot = ground.cell(planner.root.at);
-        let driven = self.driven(robot);
         let ahead = self.legs.iter().filter(|&&(_, end)| end > driven);
         ahead
             .filter_map(|&(bend, end)| {

@@ -1,10 +1,6 @@
 //! A training run, from demonstrations to weights.
 
-use std::ffi::OsString;
 use std::fs;
-use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use dragnet_learn::demonstration::Folder;
 use dragnet_learn::shape::Shape;
@@ -12,13 +8,9 @@ use dragnet_train::{Data, DataError, Device, Settings, Spread, Trainer, set_thre
 
 use super::{Arguments, curves};
 use crate::VERSION;
+use crate::commands::training::{Files, start_anew_with_allocator};
 use crate::commands::{Failure, complain, output};
 use crate::terminal::{self, progress};
-
-/// Settings of glibc's allocator that keep freed tensors in the heap. Without them every large tensor costs a mapping and
-/// its page faults, and a step takes three times as long.
-const ALLOCATOR: [(&str, &str); 3] =
-    [("MALLOC_MMAP_MAX_", "0"), ("MALLOC_TRIM_THRESHOLD_", "-1"), ("MALLOC_TOP_PAD_", "67108864")];
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = settings(arguments)?;
@@ -54,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     while !trainer.is_done() {
         epoch(&mut trainer)?;
         trainer.checkpoint(&files.checkpoint).map_err(Failure::run)?;
-        files.write_curves(&trainer)?;
+        files.write_curves(curves::table(trainer.history()), curves::draw(trainer.history()))?;
     }
     let weights = trainer.best().to_bytes().map_err(Failure::Run)?;
     output::write(&arguments.out, &weights)?;
@@ -126,45 +118,4 @@ fn settings(arguments: &Arguments) -> Result<Settings, Failure> {
         patience: arguments.patience,
         choice_weight: arguments.choice_weight,
     })
-}
-
-/// Files beside the weights.
-struct Files {
-    checkpoint: PathBuf,
-    metrics: PathBuf,
-    curves: PathBuf,
-}
-
-impl Files {
-    fn beside(out: &Path) -> Result<Self, Failure> {
-        let out = output::free("--out", out, "no weights are")?;
-        let with = |ending: &str| {
-            let mut name = OsString::from(&out);
-            name.push(ending);
-            PathBuf::from(name)
-        };
-        Ok(Self { checkpoint: with(".checkpoint"), metrics: with(".metrics.csv"), curves: with(".svg") })
-    }
-
-    fn write_curves(&self, trainer: &Trainer<'_>) -> Result<(), Failure> {
-        let table = curves::table(trainer.history()).map_err(|error| failure(&self.metrics, &error))?;
-        output::write(&self.metrics, &table)?;
-        let drawing = curves::draw(trainer.history()).map_err(|error| failure(&self.curves, &error))?;
-        Ok(output::write(&self.curves, drawing.as_bytes())?)
-    }
-}
-
-fn failure(path: &Path, error: &impl ToString) -> Failure {
-    Failure::Run(format!("{}: cannot write: {}", path.display(), error.to_string()))
-}
-
-/// Restarts this process with the allocator configured: glibc reads the settings once, when a process starts.
-fn start_anew_with_allocator() {
-    if std::env::var_os(ALLOCATOR[0].0).is_some() {
-        return;
-    }
-    if let Ok(program) = std::env::current_exe() {
-        // If that fails the training is slower, and otherwise the same.
-        let _ = Command::new(program).args(std::env::args_os().skip(1)).envs(ALLOCATOR).exec();
-    }
 }

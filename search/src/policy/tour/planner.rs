@@ -205,6 +205,20 @@ impl<'a> Planner<'a> {
         if is_within { self.total(&mut progress) } else { f64::INFINITY }
     }
 
+    /// Expected length of the search along a tour, cells: that of each step counts with the probability that an object is
+    /// left after it, and the tail with what the tour leaves.
+    pub(super) fn expected_length(&self, tour: &[Leg]) -> f64 {
+        let mut progress = self.root.clone();
+        let mut expected = 0.0;
+        for leg in tour {
+            while progress.at != leg.to {
+                let length = self.advance(&mut progress, *leg);
+                expected += length * unfinished(progress.left);
+            }
+        }
+        expected + self.tail * unfinished(progress.left)
+    }
+
     /// Numbers of the cells entered along a tour, and how many have been entered at the end of each leg.
     pub(super) fn cells(&self, tour: &[Leg]) -> (Vec<u16>, Vec<usize>) {
         let (mut cells, mut ends) = (Vec::new(), Vec::new());
@@ -300,6 +314,11 @@ impl<'a> Planner<'a> {
         }
         true
     }
+}
+
+/// Probability that an object is left where cells hide this much together.
+pub(super) fn unfinished(left: f64) -> f64 {
+    -libm::expm1(-left)
 }
 
 /// A tour with all that follows from it, so that a change to it is evaluated without walking the rest anew.
