@@ -118,13 +118,13 @@ impl Raster {
             let window = self.window(grid.position(cell), pixels_per_cell);
             ground[cell.index()].traversable.then(|| floods.floor(window))?
         };
-        let floors: Vec<Option<Floor>> = grid.cells().map(floor).collect();
+        let floor_of: Vec<Option<Floor>> = grid.cells().map(floor).collect();
         let mut sides = vec![0_u8; grid.cell_count()];
         let mut parted = Vec::new();
         for cell in grid.cells() {
             for offset in [Offset { north: 0, east: 1 }, Offset { north: 1, east: 0 }] {
                 let Some(next) = grid.step(cell, offset) else { continue };
-                let (Some(a), Some(b)) = (&floors[cell.index()], &floors[next.index()]) else { continue };
+                let (Some(a), Some(b)) = (&floor_of[cell.index()], &floor_of[next.index()]) else { continue };
                 if floods.connect(a, b) {
                     sides[cell.index()] += 1;
                     sides[next.index()] += 1;
@@ -134,7 +134,7 @@ impl Raster {
             }
         }
         let room = |cell: Cell| {
-            let pixels = floors[cell.index()].as_ref().map_or(0, |floor| floor.pixels);
+            let pixels = floor_of[cell.index()].as_ref().map_or(0, |floor| floor.pixels);
             (Reverse(sides[cell.index()]), pixels)
         };
         let mut is_closed = vec![false; grid.cell_count()];
