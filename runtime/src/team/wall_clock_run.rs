@@ -36,13 +36,15 @@ pub(super) async fn run(
         Some(RunObserver { listener, commands }) => (Some(listener), commands),
         None => (None, mpsc::channel(1).1),
     };
+    // Before there is a recording: whoever stops the run from now on gets one that is finished.
+    let asked = stop::asked(Bond::Output)?;
     let node =
         recording::node(scenario, seed, options, recording::Existing::Rejected)?.with_listener(listener);
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
     let (stop, stopped) = watch::channel(());
     let (stop_node, node_stopped) = watch::channel(());
-    let (asked, clock) = (stop::asked(Bond::Output)?, Clock::new(real_time_factor));
+    let clock = Clock::new(real_time_factor);
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec.clone()).await?;
     let node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
