@@ -31,17 +31,12 @@ impl Searches {
     /// If a seed is too large for a mixture.
     pub fn new(seeds: Seeds, threads: Option<u16>) -> Result<Self, ExperimentError> {
         let mut searches = Vec::new();
-        for place in 0..seeds.count() {
-            let seed = seeds.at(place);
-            let most = u32::MAX;
-            let of_mixture = u32::try_from(seed).map_err(|_| {
-                ExperimentError::Input(format!("seed {seed}: a mixture has seeds up to {most}"))
-            })?;
-            let scenario = mixture::scenario(of_mixture).map_err(ExperimentError::run)?;
+        for seed in seeds.of_mixture()? {
+            let scenario = mixture::scenario(seed).map_err(ExperimentError::run)?;
             if scenario.robots().len() == 1 {
                 // It decides at its waypoints, as networks do.
                 let name = PolicyName::Learned(Shipped::Tour);
-                searches.push((seed, scenario.with_policy(name).map_err(ExperimentError::input)?));
+                searches.push((seed.into(), scenario.with_policy(name).map_err(ExperimentError::input)?));
             }
         }
         Ok(Self { searches, threads })

@@ -1,9 +1,12 @@
 //! The seeds of an experiment.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
+
+use crate::ExperimentError;
 
 /// The maximum number of seeds, so that their product with the number of cases does not overflow.
 const MAX_COUNT: u64 = 1_000_000;
@@ -21,6 +24,20 @@ impl Seeds {
     #[must_use]
     pub fn count(self) -> u64 {
         self.count
+    }
+
+    /// The seeds of generated scenarios, in order.
+    ///
+    /// # Errors
+    /// If the last one is too large for a mixture.
+    pub fn of_mixture(self) -> Result<RangeInclusive<u32>, ExperimentError> {
+        let too_large = |seed| {
+            let most = u32::MAX;
+            ExperimentError::Input(format!("seed {seed}: a mixture has seeds up to {most}"))
+        };
+        let number = |seed: u64| u32::try_from(seed).map_err(|_| too_large(seed));
+        let last = number(self.at(self.count - 1))?;
+        Ok(number(self.first)?..=last)
     }
 
     /// The part of this many seeds, at least one, that begins at an index; both within these.

@@ -1,4 +1,5 @@
-//! What `train` and `reinforce` share: the files beside the weights, and the process that libtorch runs in.
+//! What `train` and `reinforce` share: the files beside the weights, checks of options, and the process that
+//! libtorch runs in.
 
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
@@ -44,6 +45,28 @@ impl Files {
 
 fn failure(path: &Path, error: &impl ToString) -> Failure {
     Failure::Run(format!("{}: cannot write: {}", path.display(), error.to_string()))
+}
+
+/// Checks that a learning rate is above 0 and at most 1.
+pub(super) fn check_learning_rate(rate: f64) -> Result<(), Failure> {
+    let is_allowed = rate > 0.0 && rate <= 1.0;
+    check("learning-rate", rate, is_allowed, "a number above 0 and up to 1")
+}
+
+/// Checks that an option is a finite number above 0.
+pub(super) fn check_positive(flag: &str, value: f64) -> Result<(), Failure> {
+    check(flag, value, value > 0.0 && value.is_finite(), "a number above 0")
+}
+
+/// Checks that an option is a share.
+pub(super) fn check_share(flag: &str, value: f64) -> Result<(), Failure> {
+    check(flag, value, (0.0..=1.0).contains(&value), "a share from 0 to 1")
+}
+
+/// Rejects an option's value unless it is allowed.
+pub(super) fn check(flag: &str, value: f64, is_allowed: bool, allowed: &str) -> Result<(), Failure> {
+    let wrong = || Failure::Input(format!("--{flag} {value}: allowed is {allowed}"));
+    if is_allowed { Ok(()) } else { Err(wrong()) }
 }
 
 /// Restarts this process with the allocator configured: glibc reads the settings once, when a process starts.

@@ -50,11 +50,7 @@ impl Plan {
     /// # Errors
     /// If a seed is too large for a mixture.
     pub fn add_mixture(&mut self, seeds: Seeds) -> Result<(), ExperimentError> {
-        let last = seeds.at(seeds.count() - 1);
-        if u32::try_from(last).is_err() {
-            let most = u32::MAX;
-            return Err(ExperimentError::Input(format!("seed {last}: a mixture has seeds up to {most}")));
-        }
+        seeds.of_mixture()?;
         self.add_jobs(MIXTURE, seeds, None);
         Ok(())
     }

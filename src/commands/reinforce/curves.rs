@@ -31,21 +31,20 @@ pub(super) fn draw(history: &[Round]) -> Result<String, String> {
         length: last.max(1.0),
         height: most * 1.05,
         lines: vec![
-            Line {
-                label: "explored, expected",
-                line_style: LineStyle { color: 0, dashes: 0 },
-                lengths: &explored,
-                mean: &explored_cells,
-                standard_error: &unknown[..explored.len()],
-            },
-            Line {
-                label: "held out",
-                line_style: LineStyle { color: 4, dashes: 0 },
-                lengths: &held_out,
-                mean: &held_out_cells,
-                standard_error: &unknown[..held_out.len()],
-            },
+            line("explored, expected", 0, (&explored, &explored_cells), &unknown),
+            line("held out", 4, (&held_out, &held_out_cells), &unknown),
         ],
     }
     .draw()
+}
+
+/// A curve whose errors are not known.
+fn line<'a>(
+    label: &'a str,
+    color: usize,
+    (lengths, mean): (&'a [f64], &'a [f64]),
+    unknown: &'a [Option<f64>],
+) -> Line<'a> {
+    let line_style = LineStyle { color, dashes: 0 };
+    Line { label, line_style, lengths, mean, standard_error: &unknown[..lengths.len()] }
 }

@@ -11,20 +11,21 @@ use dragnet_train::{Device, Reinforcement, Reinforcer, Round, set_threads};
 
 use super::{Arguments, curves};
 use crate::VERSION;
-use crate::commands::training::{Files, start_anew_with_allocator};
+use crate::commands::training::{
+    Files, check_learning_rate, check_positive, check_share, start_anew_with_allocator,
+};
 use crate::commands::{Failure, complain, output};
 use crate::terminal::{self, progress::Bars};
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = Files::beside(&arguments.out)?;
+    start_anew_with_allocator();
     let start = start(arguments)?;
     let settings = settings(arguments, &start)?;
-    start_anew_with_allocator();
     set_threads(arguments.threads);
     let device = if arguments.cpu { Device::Cpu } else { Device::cuda_if_available() };
     // One that is too large would end the last round.
-    let last = arguments.seeds.part(arguments.seeds.count() - 1, 1);
-    Searches::new(last, None).map_err(|error| Failure::Input(format!("--seeds: {error}")))?;
+    arguments.seeds.of_mixture().map_err(|error| Failure::Input(format!("--seeds: {error}")))?;
     let held_out = Searches::new(arguments.validation_seeds, Some(arguments.threads))
         .map_err(|error| Failure::Input(format!("--validation-seeds: {error}")))?;
     if held_out.is_empty() {
@@ -116,17 +117,9 @@ fn start(arguments: &Arguments) -> Result<Weights, Failure> {
 }
 
 fn settings(arguments: &Arguments, start: &Weights) -> Result<Reinforcement, Failure> {
-    let wrong =
-        |flag: &str, value: f64, allowed: &str| Err(Failure::Input(format!("--{flag} {value}: {allowed}")));
-    if !(arguments.learning_rate > 0.0 && arguments.learning_rate <= 1.0) {
-        return wrong("learning-rate", arguments.learning_rate, "allowed is a number above 0 and up to 1");
-    }
-    if !(arguments.temperature > 0.0 && arguments.temperature.is_finite()) {
-        return wrong("temperature", arguments.temperature, "allowed is a number above 0");
-    }
-    if !(0.0..=1.0).contains(&arguments.trace) {
-        return wrong("trace", arguments.trace, "allowed is a share from 0 to 1");
-    }
+    check_learning_rate(arguments.learning_rate)?;
+    check_positive("temperature", arguments.temperature)?;
+    check_share("trace", arguments.trace)?;
     if arguments.seeds.count() < u64::from(arguments.rounds) {
         let rounds = arguments.rounds;
         return Err(Failure::Input(format!(

@@ -8,7 +8,9 @@ use dragnet_train::{Data, DataError, Device, Settings, Spread, Trainer, set_thre
 
 use super::{Arguments, curves};
 use crate::VERSION;
-use crate::commands::training::{Files, start_anew_with_allocator};
+use crate::commands::training::{
+    Files, check, check_learning_rate, check_positive, check_share, start_anew_with_allocator,
+};
 use crate::commands::{Failure, complain, output};
 use crate::terminal::{self, progress};
 
@@ -90,24 +92,17 @@ fn settings(arguments: &Arguments) -> Result<Settings, Failure> {
         coarse_channels: if arguments.levels > 0 { arguments.coarse_channels } else { 0 },
         coarse_layers: if arguments.levels > 0 { arguments.coarse_layers } else { 0 },
     };
-    let wrong =
-        |flag: &str, value: f64, allowed: &str| Err(Failure::Input(format!("--{flag} {value}: {allowed}")));
     if !shape.is_valid() {
         let allowed = "--hidden is a multiple of 32 up to 1024, --layers 1 to 64, --decay-channels up to 1024, --sum-channels up to 256, \
                        --levels up to 8, --coarse-channels as --hidden, --coarse-layers 1 to 64";
         return Err(Failure::Input(format!("no network has these sizes: {allowed}")));
     }
-    if !(arguments.learning_rate > 0.0 && arguments.learning_rate <= 1.0) {
-        return wrong("learning-rate", arguments.learning_rate, "allowed is a number above 0 and up to 1");
-    }
-    if !(0.0..=1.0).contains(&arguments.choice_weight) {
-        return wrong("choice-weight", arguments.choice_weight, "allowed is a share from 0 to 1");
-    }
-    if !(1.0..=10_000.0).contains(&arguments.target_exponent) {
-        return wrong("target-exponent", arguments.target_exponent, "allowed is a number from 1 to 10000");
-    }
-    if let Some(temperature) = arguments.score_temperature.filter(|it| !(*it > 0.0 && it.is_finite())) {
-        return wrong("score-temperature", temperature, "allowed is a number above 0");
+    check_learning_rate(arguments.learning_rate)?;
+    check_share("choice-weight", arguments.choice_weight)?;
+    let exponent = arguments.target_exponent;
+    check("target-exponent", exponent, (1.0..=10_000.0).contains(&exponent), "a number from 1 to 10000")?;
+    if let Some(temperature) = arguments.score_temperature {
+        check_positive("score-temperature", temperature)?;
     }
     Ok(Settings {
         shape,
