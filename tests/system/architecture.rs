@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand, Package, PackageId};
 
 /// Each crate, and the workspace's crates that it may import.
-const ARROWS: [(&str, &[&str]); 23] = [
+const ARROWS: [(&str, &[&str]); 24] = [
     ("dragnet-search", &[]),
     ("dragnet-files", &[]),
     ("dragnet-learn", &["dragnet-search", "dragnet-files"]),
@@ -77,6 +77,7 @@ const ARROWS: [(&str, &[&str]); 23] = [
             "dragnet-mavlink",
         ],
     ),
+    ("stabby", &[]),
     ("tls-listener", &[]),
     (
         "dragnet-python",
