@@ -13,7 +13,8 @@ if [[ $wanted != "$(cat .venv/installed 2>/dev/null)" ]]; then
         echo "test.sh: python3 with its venv module is needed (on Debian: apt-get install python3-venv)" >&2
         exit 2
     }
-    install() { .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@"; }
+    # Python compiles what is imported, when it is imported; of all that is installed that is little.
+    install() { .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile "$@"; }
     install --requirement tests/python/requirements.txt
     # PyTorch is there already, in pip's cache; what it would bring of NVIDIA's is 2 GB that no test calls.
     install --no-deps --requirement train/libtorch.txt
@@ -29,6 +30,7 @@ missing=()
 [[ -x /usr/bin/chromium ]] || missing+=(chromium)
 [[ $(command -v npm) ]] || missing+=(nodejs npm)
 [[ $(command -v ip) ]] || missing+=(iproute2)
+[[ $(command -v nft) ]] || missing+=(nftables)
 if (( ${#missing[@]} )); then
     if [[ $(id -u) == 0 && $(command -v apt-get) ]]; then
         apt-get update --quiet && apt-get install --quiet --yes --no-install-recommends "${missing[@]}"

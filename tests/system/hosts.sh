@@ -7,6 +7,7 @@
 #   kill NAME SIGNAL
 #   wait NAME                   answers once the process has ended
 #   link INTERFACE up|down      `trunk`, or that of a host
+#   lose HOST PERCENT           of all packets of the team that arrive there, drawn one by one
 set -eu
 cd "$1"
 mount -t tmpfs tmpfs /run
@@ -48,6 +49,14 @@ while read -r order name rest; do
         kill) kill "-$1" "${processes[$name]}" ;;
         wait) wait "${processes[$name]}" || true ;;
         link) ip link set "$name" "$1" ;;
+        lose)
+            ip netns exec "$name" nft -f - <<< "table ip air {
+                chain arriving {
+                    type filter hook input priority filter
+                    ip saddr 10.0.0.0/24 numgen random mod 100 < $1 counter drop
+                }
+            }"
+            ;;
     esac
     echo done
 done

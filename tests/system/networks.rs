@@ -1,4 +1,4 @@
-//! A mission on separate hosts: links that are cut and slow, robots and routers that are killed.
+//! A mission on separate hosts: links that are cut, slow and lossy, robots and routers that are killed.
 
 use std::fmt::Write;
 
@@ -138,14 +138,20 @@ impl Mission {
         Journal::open(&path, subject, 0).unwrap().1.observations.len() as u64
     }
 
-    /// Ends the mission, and checks that the last coordinator has everything.
-    fn finish(mut self, recording: &str) {
+    /// Waits for the end of the search: everything is found, and all robots believe the same.
+    fn outcome(&mut self) -> serde_json::Value {
         self.hosts.order("wait sim x");
         let outcome = std::fs::read_to_string(self.hosts.path("sim.out")).unwrap();
         let outcome: serde_json::Value = serde_json::from_str(&outcome).unwrap_or_else(|error| {
             panic!("{error}: {outcome} {}", self.hosts.log("sim"));
         });
         assert_eq!((&outcome["beliefs_equal"], &outcome["recall"]), (&true.into(), &1.0.into()), "{outcome}");
+        outcome
+    }
+
+    /// Ends the mission, and checks that the last coordinator has everything.
+    fn finish(mut self, recording: &str) {
+        let outcome = self.outcome();
         self.hosts.order("kill coordinator TERM");
         self.hosts.order("wait coordinator x");
         let recorded = inspect(&self.hosts.path(recording)).unwrap();
@@ -201,4 +207,27 @@ fn a_star_survives_the_death_of_its_router() {
     mission.start_coordinator("second.mcap");
     mission.await_words("robot-1", "robot 2 is back", 1);
     mission.finish("second.mcap");
+}
+
+/// Zenoh's links over TCP repair what is lost, with pauses of seconds of mission time.
+#[test]
+fn a_mesh_that_loses_a_third_of_its_packets_finds_everything() {
+    let Some(mut mission) = Mission::new(Shape::Mesh) else { return };
+    if std::process::Command::new("nft").arg("--version").output().is_err() {
+        return crate::skip("this system has no `nft`");
+    }
+    for host in ["coordinator", "relay", "robot-1", "robot-2", "robot-3", "robot-4"] {
+        mission.hosts.order(&format!("lose {host} 33"));
+    }
+    mission.start_relay();
+    mission.start_coordinator("first.mcap");
+    (1..=ROBOTS).for_each(|robot| mission.start_robot(robot));
+    mission.start_world();
+    mission.outcome();
+    mission.hosts.order("start ruleset robot-1 nft list ruleset");
+    mission.hosts.order("wait ruleset x");
+    let ruleset = std::fs::read_to_string(mission.hosts.path("ruleset.out")).unwrap();
+    let lost = ruleset.split_once("counter packets ").unwrap().1;
+    let lost: u64 = lost.split_once(' ').unwrap().0.parse().unwrap();
+    assert!(lost > 100, "{ruleset}");
 }
