@@ -26,7 +26,7 @@ use std::fmt;
 use std::path::Path;
 
 use crate::shipped::read_at_most;
-use dragnet_search::cell::Cell;
+use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 
@@ -137,6 +137,12 @@ impl MapFile {
             }),
         }
     }
+}
+
+/// The grids of a ROS map, by the cells' edge, meters; `None` for edges that it cannot have.
+pub(crate) fn grids_of_ros_map(file: &Path) -> Result<impl Fn(f64) -> Option<Grid>, MapFileError> {
+    let extent = ros::extent(file)?;
+    Ok(move |cell_meters| extent.grid(file, cell_meters).ok())
 }
 
 /// The format of a map file, by its extension.

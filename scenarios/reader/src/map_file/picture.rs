@@ -31,22 +31,34 @@ pub(super) fn load(file: &Path) -> Result<Picture, MapFileError> {
     decode(file, &read_bytes(file)?)
 }
 
+/// The columns and rows of an image, without its pixels.
+pub(super) fn size(file: &Path) -> Result<(u32, u32), MapFileError> {
+    let bytes = read_bytes(file)?;
+    checked_size(file, &decoder(file, &bytes)?)
+}
+
 pub(super) fn decode(file: &Path, bytes: &[u8]) -> Result<Picture, MapFileError> {
-    let no_image =
-        |error: &dyn std::fmt::Display| MapFileError::syntax(file, format!("no PGM or PNG image: {error}"));
-    let reader =
-        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| no_image(&error))?;
-    let decoder = reader.into_decoder().map_err(|error| no_image(&error))?;
-    let (columns, rows) = decoder.dimensions();
-    check_size(file, columns, rows)?;
-    let image = DynamicImage::from_decoder(decoder).map_err(|error| no_image(&error))?;
+    let decoder = decoder(file, bytes)?;
+    let (columns, rows) = checked_size(file, &decoder)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| no_image(file, &error))?;
     Ok(Picture { columns, rows, shades: shades_of(image) })
 }
 
-fn check_size(file: &Path, columns: u32, rows: u32) -> Result<(), MapFileError> {
+fn decoder<'a>(file: &Path, bytes: &'a [u8]) -> Result<impl ImageDecoder + use<'a>, MapFileError> {
+    let reader =
+        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| no_image(file, &error))?;
+    reader.into_decoder().map_err(|error| no_image(file, &error))
+}
+
+fn no_image(file: &Path, error: &dyn std::fmt::Display) -> MapFileError {
+    MapFileError::syntax(file, format!("no PGM or PNG image: {error}"))
+}
+
+fn checked_size(file: &Path, decoder: &impl ImageDecoder) -> Result<(u32, u32), MapFileError> {
+    let (columns, rows) = decoder.dimensions();
     let pixels = u64::from(columns) * u64::from(rows);
     if (1..=MAX_PIXELS).contains(&pixels) {
-        return Ok(());
+        return Ok((columns, rows));
     }
     let found = format!("{columns} x {rows} pixels");
     Err(MapFileError::value(file, "image size", found, format!("1 to {MAX_PIXELS} pixels")))

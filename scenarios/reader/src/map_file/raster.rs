@@ -10,40 +10,28 @@ use super::MapFileError;
 
 mod walls;
 
-/// Pixels that are free or not, shape `[rows * columns]`, row 0 south, column 0 west.
-pub(super) struct Raster {
+/// The size of a map in pixels.
+pub(super) struct Extent {
     pub(super) columns: u32,
     pub(super) rows: u32,
     /// Edge of a pixel.
     pub(super) pixel_meters: f64,
+}
+
+/// Pixels that are free or not.
+pub(super) struct Raster {
+    pub(super) extent: Extent,
+    /// Shape `[rows * columns]`, row 0 south, column 0 west.
     pub(super) is_free: Vec<bool>,
 }
 
-impl Raster {
-    /// The terrain of cells of an edge: open where at least half of a cell's pixels are free, else blocked. Where a wall is
-    /// thinner than a cell, open cells are searched and not entered, so that no path leads through it.
-    ///
-    /// Cells start at the south-western corner. A pixel belongs to the cell that holds its center; pixels missing
-    /// beyond the northern or eastern edge count as not free.
-    pub(super) fn terrain(&self, file: &Path, cell_meters: f64) -> Result<Terrain, MapFileError> {
+impl Extent {
+    /// The cells of an edge that cover all pixels.
+    pub(super) fn grid(&self, file: &Path, cell_meters: f64) -> Result<Grid, MapFileError> {
         let pixels_per_cell = self.pixels_per_cell(file, cell_meters)?;
         let cells = |pixels: u32| whole_cells(f64::from(pixels) / pixels_per_cell);
-        let invalid = |source| MapFileError::Terrain { file: file.to_owned(), source };
-        let grid = Grid::new(cells(self.rows), cells(self.columns)).map_err(|error| invalid(error.into()))?;
-        let mut ground: Vec<Ground> = grid
-            .cells()
-            .map(|cell| {
-                let Position { row, column } = grid.position(cell);
-                let rows = pixels_of(row, pixels_per_cell);
-                let columns = pixels_of(column, pixels_per_cell);
-                let all = (rows.end - rows.start).saturating_mul(columns.end - columns.start);
-                if 2 * self.count_free(rows, columns) >= all { Ground::OPEN } else { Ground::BLOCKED }
-            })
-            .collect();
-        for cell in self.cells_at_walls(grid, &ground, pixels_per_cell) {
-            ground[cell.index()] = Ground::OUT_OF_REACH;
-        }
-        Terrain::new(grid, cell_meters, ground).map_err(invalid)
+        Grid::new(cells(self.rows), cells(self.columns))
+            .map_err(|error| MapFileError::Terrain { file: file.to_owned(), source: error.into() })
     }
 
     /// At least 1; a whole number if the edges' ratio is one up to rounding.
@@ -59,15 +47,42 @@ impl Raster {
             Err(MapFileError::value(file, "cell edge", found, allowed))
         }
     }
+}
+
+impl Raster {
+    /// The terrain of cells of an edge: open where at least half of a cell's pixels are free, else blocked. Where a wall is
+    /// thinner than a cell, open cells are searched and not entered, so that no path leads through it.
+    ///
+    /// Cells start at the south-western corner. A pixel belongs to the cell that holds its center; pixels missing
+    /// beyond the northern or eastern edge count as not free.
+    pub(super) fn terrain(&self, file: &Path, cell_meters: f64) -> Result<Terrain, MapFileError> {
+        let grid = self.extent.grid(file, cell_meters)?;
+        let pixels_per_cell = self.extent.pixels_per_cell(file, cell_meters)?;
+        let mut ground: Vec<Ground> = grid
+            .cells()
+            .map(|cell| {
+                let Position { row, column } = grid.position(cell);
+                let rows = pixels_of(row, pixels_per_cell);
+                let columns = pixels_of(column, pixels_per_cell);
+                let all = (rows.end - rows.start).saturating_mul(columns.end - columns.start);
+                if 2 * self.count_free(rows, columns) >= all { Ground::OPEN } else { Ground::BLOCKED }
+            })
+            .collect();
+        for cell in self.cells_at_walls(grid, &ground, pixels_per_cell) {
+            ground[cell.index()] = Ground::OUT_OF_REACH;
+        }
+        Terrain::new(grid, cell_meters, ground)
+            .map_err(|source| MapFileError::Terrain { file: file.to_owned(), source })
+    }
 
     fn count_free(&self, rows: Range<u64>, columns: Range<u64>) -> u64 {
         let count = |row: u64| {
-            let start = row * u64::from(self.columns);
-            let end = start + columns.end.min(u64::from(self.columns));
+            let start = row * u64::from(self.extent.columns);
+            let end = start + columns.end.min(u64::from(self.extent.columns));
             let pixels = to_index(start + columns.start)..to_index(end);
             self.is_free[pixels].iter().map(|&is_free| u64::from(is_free)).sum::<u64>()
         };
-        (rows.start..rows.end.min(u64::from(self.rows))).map(count).sum()
+        (rows.start..rows.end.min(u64::from(self.extent.rows))).map(count).sum()
     }
 }
 
@@ -105,9 +120,11 @@ mod tests {
     pub(super) fn check(pixels: &str, cell_meters: f64, expected: &str) {
         let lines: Vec<&str> = pixels.split('/').collect();
         let raster = Raster {
-            columns: u32::try_from(lines[0].len()).unwrap(),
-            rows: u32::try_from(lines.len()).unwrap(),
-            pixel_meters: 1.0,
+            extent: Extent {
+                columns: u32::try_from(lines[0].len()).unwrap(),
+                rows: u32::try_from(lines.len()).unwrap(),
+                pixel_meters: 1.0,
+            },
             is_free: lines.iter().rev().flat_map(|line| line.chars().map(|c| c == '.')).collect(),
         };
         let terrain = raster.terrain(Path::new("test"), cell_meters).unwrap();

@@ -18,7 +18,7 @@ use dragnet_files::in_words;
 use serde::{Deserialize, Deserializer};
 
 use super::picture::{self, Picture, Shade};
-use super::raster::Raster;
+use super::raster::{Extent, Raster};
 use super::{MapFile, MapFileError, MapOrigin, read_text_at_most};
 
 /// The maximum size of the YAML file, bytes: a hundred times the usual size.
@@ -117,6 +117,13 @@ pub(super) fn load(file: &Path, cell_meters: f64) -> Result<MapFile, MapFileErro
     Ok(MapFile { origin, ..MapFile::unplaced(terrain) })
 }
 
+/// The size of a map, without its pixels.
+pub(super) fn extent(file: &Path) -> Result<Extent, MapFileError> {
+    let (header, _) = read_header(file, &read_text_at_most(file, MAX_HEADER_BYTES)?)?;
+    let (columns, rows) = picture::size(&file.with_file_name(&header.image))?;
+    Ok(Extent { columns, rows, pixel_meters: header.resolution })
+}
+
 fn read_header(file: &Path, text: &str) -> Result<(Header, MapOrigin), MapFileError> {
     let header: Header = serde_path_to_error::deserialize(serde_yaml_ng::Deserializer::from_str(text))
         .map_err(|error| MapFileError::syntax(file, in_words(&error.to_string())))?;
@@ -150,10 +157,9 @@ fn read_header(file: &Path, text: &str) -> Result<(Header, MapOrigin), MapFileEr
 }
 
 fn raster(header: &Header, picture: &Picture) -> Raster {
+    let &Picture { columns, rows, .. } = picture;
     Raster {
-        columns: picture.columns,
-        rows: picture.rows,
-        pixel_meters: header.resolution,
+        extent: Extent { columns, rows, pixel_meters: header.resolution },
         is_free: picture.shades.iter().map(|shade| is_free(header, *shade)).collect(),
     }
 }

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use dragnet_search::cell::Grid;
 use dragnet_search::sensor::Sensor;
 
-use crate::map_file::{Areas, Format, MapFile};
+use crate::map_file::{Areas, Format, MapFile, grids_of_ros_map};
 
 /// Edges of cells to choose from, meters, longest first.
 const CELL_METERS: [f64; 14] =
@@ -59,34 +60,39 @@ fn text_with(name: &str, file: &str, (cell_meters, side): (f64, u32)) -> String 
 
 /// The edge of the cells, meters, and how many the map's longer side then has.
 fn cells(map: &Path) -> (f64, u32) {
-    let side = |cell_meters| Some((cell_meters, side(&MapFile::load(map, cell_meters).ok()?)));
-    let unreadable = (USUAL_CELL_METERS, Sensor::DEFAULT_RADIUS);
-    // Each cell is a character of the file.
-    if matches!(Format::of(map), Some(Format::Drawing | Format::MovingAi)) {
-        return side(USUAL_CELL_METERS).unwrap_or(unreadable);
-    }
-    shortest(side).unwrap_or(unreadable)
+    let chosen = match Format::of(map) {
+        Some(Format::Ros) => {
+            grids_of_ros_map(map).ok().and_then(|grid| shortest(|cell_meters| grid(cell_meters).map(side)))
+        }
+        Some(Format::Areas) => Areas::load(map).ok().and_then(|areas| cells_of_areas(&areas)),
+        // Each cell is a character of the file.
+        Some(Format::Drawing | Format::MovingAi) | None => {
+            let map = MapFile::load(map, USUAL_CELL_METERS).ok();
+            map.map(|map| (USUAL_CELL_METERS, side(map.terrain.grid())))
+        }
+    };
+    chosen.unwrap_or((USUAL_CELL_METERS, Sensor::DEFAULT_RADIUS))
 }
 
 /// The same for areas; `None` if they make no map.
 pub(super) fn cells_of_areas(areas: &Areas) -> Option<(f64, u32)> {
-    let map = |cell_meters| MapFile::of_areas(Path::new(""), areas.clone(), cell_meters).ok();
     shortest(|cell_meters| {
-        let map = map(cell_meters).filter(|_| cell_meters >= SHORTEST_ON_EARTH_METERS)?;
-        Some((cell_meters, side(&map)))
+        let is_allowed = cell_meters >= SHORTEST_ON_EARTH_METERS;
+        let map = || MapFile::of_areas(Path::new(""), areas.clone(), cell_meters).ok();
+        is_allowed.then(map)?.map(|map| side(map.terrain.grid()))
     })
 }
 
-/// The cells of a map's longer side.
-fn side(map: &MapFile) -> u32 {
-    let grid = map.terrain.grid();
+/// The cells of a grid's longer side.
+fn side(grid: Grid) -> u32 {
     grid.rows().max(grid.columns())
 }
 
-/// The shortest edge that gives no more than [`LONGEST_SIDE`] cells.
-fn shortest(side: impl Fn(f64) -> Option<(f64, u32)>) -> Option<(f64, u32)> {
+/// The shortest edge that gives a longer side of no more than [`LONGEST_SIDE`] cells, and that side.
+fn shortest(side: impl Fn(f64) -> Option<u32>) -> Option<(f64, u32)> {
+    let of = |cell_meters| Some((cell_meters, side(cell_meters)?));
     // Of areas that are smaller than the longest edges no cell is inside.
-    let mut from_longest = CELL_METERS.into_iter().map(side).skip_while(Option::is_none).map_while(|it| it);
+    let mut from_longest = CELL_METERS.into_iter().map(of).skip_while(Option::is_none).map_while(|it| it);
     let mut chosen = from_longest.next()?;
     for shorter in from_longest.take_while(|&(_, side)| side <= LONGEST_SIDE) {
         chosen = shorter;

@@ -50,7 +50,7 @@ impl Floods<'_> {
         self.count += 1;
         let mut region = Vec::new();
         self.reach(from, since, &mut region);
-        let width = to_index(u64::from(self.raster.columns));
+        let width = to_index(u64::from(self.raster.extent.columns));
         let mut next = 0;
         while let Some(&pixel) = region.get(next) {
             next += 1;
@@ -77,13 +77,13 @@ impl Floods<'_> {
 
     /// Whether all pixels of a window are free, as in most of a map: then they are connected.
     fn is_free(&self, window: &Window) -> bool {
-        window.pixels(self.raster.columns).all(|pixel| self.raster.is_free[pixel])
+        window.pixels(self.raster.extent.columns).all(|pixel| self.raster.is_free[pixel])
     }
 
     /// The largest connected part of a window, of equally large ones the first.
     fn floor(&mut self, window: Window) -> Option<Floor> {
         let since = self.count;
-        let mut pixels = window.pixels(self.raster.columns);
+        let mut pixels = window.pixels(self.raster.extent.columns);
         let (pixels, pixel) = if self.is_free(&window) {
             let first = pixels.next()?;
             (1 + pixels.count(), first)
@@ -153,7 +153,7 @@ impl Raster {
             let pixels = pixels_of(line, pixels_per_cell);
             pixels.start.min(u64::from(all))..pixels.end.min(u64::from(all))
         };
-        Window { rows: within(row, self.rows), columns: within(column, self.columns) }
+        Window { rows: within(row, self.extent.rows), columns: within(column, self.extent.columns) }
     }
 }
 
