@@ -6,8 +6,9 @@ use dragnet_files::read_text_at_most;
 use dragnet_runtime::config::{self, AgentSettings, CoordinatorSettings, SimSettings};
 use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
 use dragnet_scenario::map_file::{GeoPoint, Georeference, MapOrigin};
-use dragnet_scenario::{Class, Drawn, Scenario};
+use dragnet_scenario::{Class, Drawn, Robot, Scenario, Start};
 
+use super::search::place;
 use super::settings::Kind;
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
@@ -95,7 +96,52 @@ fn describe(scenario: &Scenario) -> String {
     let drawn = scenario.drawn();
     let warnings = scenario.warnings_with(&drawn);
     let warnings = warnings.iter().map(|warning| format!("{file}: warning: {warning}\n"));
-    std::iter::once(summary).chain(earth(scenario, &drawn)).chain(warnings).collect::<Vec<_>>().concat()
+    let assumed = scenario
+        .is_of_map()
+        .then(|| format!("  all but the map is assumed; {}\n", scenario::changing_assumptions(scenario)));
+    std::iter::once(summary)
+        .chain(assumed)
+        .chain(starts(scenario))
+        .chain(earth(scenario, &drawn))
+        .chain(warnings)
+        .collect::<Vec<_>>()
+        .concat()
+}
+
+/// Where the robots start.
+fn starts(scenario: &Scenario) -> Vec<String> {
+    let start = |(start, robots): (Start, Vec<String>)| {
+        let cell = match start {
+            Start::Together => "in a cell drawn by the seed".to_owned(),
+            Start::Scattered => "each in a cell of its own, drawn by the seed".to_owned(),
+            Start::Cell(cell) => {
+                let center = scenario.terrain().center_meters(cell);
+                let center = scenario.georeference().map_or_else(String::new, |frame| {
+                    let GeoPoint { latitude_degrees, longitude_degrees } = frame.point(center);
+                    format!(", latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}")
+                });
+                format!("in {}{center}", place(scenario.terrain().grid(), cell))
+            }
+        };
+        let is_of_all = robots.len() == scenario.robots().len();
+        let who =
+            if is_of_all { "start".to_owned() } else { format!("start of robot {}", robots.join(", ")) };
+        format!("  {who}: {cell}\n")
+    };
+    robots_by(scenario, |robot| robot.start).into_iter().map(start).collect()
+}
+
+/// The numbers of robots that have something in common, in the order of the first of each.
+fn robots_by<'a, T: PartialEq>(scenario: &'a Scenario, of: impl Fn(&'a Robot) -> T) -> Vec<(T, Vec<String>)> {
+    let mut groups: Vec<(T, Vec<String>)> = Vec::new();
+    for robot in scenario.robots() {
+        let (common, number) = (of(robot), robot.id.to_string());
+        match groups.iter_mut().find(|(group, _)| *group == common) {
+            Some((_, numbers)) => numbers.push(number),
+            None => groups.push((common, vec![number])),
+        }
+    }
+    groups
 }
 
 /// The map's position on the earth, and its areas.
@@ -148,20 +194,13 @@ fn robots(scenario: &Scenario) -> String {
     if let Some(class) = scenario.only_class().filter(|class| class.name.is_none()) {
         return format!("{robots} ({policies}), sight {} m", sight_meters(scenario, class));
     }
-    let mut classes: Vec<(&Class, Vec<String>)> = Vec::new();
-    for robot in scenario.robots() {
-        match classes.iter_mut().find(|(class, _)| *class == &*robot.class) {
-            Some((_, numbers)) => numbers.push(robot.id.to_string()),
-            None => classes.push((&robot.class, vec![robot.id.to_string()])),
-        }
-    }
     let class = |(class, numbers): (&Class, Vec<String>)| {
         let name = class.name.as_deref().unwrap_or("of no class");
         let flies = if class.flies { ", flies" } else { "" };
         let (sight, speed) = (sight_meters(scenario, class), class.speed_meters_per_second);
         format!("{name} (robot {}): sight {sight} m, {speed} m/s{flies}", numbers.join(", "))
     };
-    let classes: Vec<String> = classes.into_iter().map(class).collect();
+    let classes: Vec<String> = robots_by(scenario, |robot| &*robot.class).into_iter().map(class).collect();
     format!("{robots} ({policies}): {}", classes.join("; "))
 }
 

@@ -38,7 +38,7 @@ fn assumed(scenario: &Scenario) -> String {
         .map_or("anywhere in the search area", |_| "as likely in each cell as the areas say");
     format!(
         "{file} is a map: cells of {} m ({} x {}), a sensor with a radius of {}, {} {place}, {}, \
-         policy {}, {hours} h; to change it: dragnet scenarios --write {}",
+         policy {}, {hours} h; {}",
         terrain.cell_meters(),
         grid.rows(),
         grid.columns(),
@@ -46,7 +46,15 @@ fn assumed(scenario: &Scenario) -> String {
         scenario.objects(),
         counted(scenario.robots().len(), "robot"),
         policies(scenario),
-        quoted(&file.to_string()),
+        changing_assumptions(scenario),
+    )
+}
+
+/// How a scenario of a map alone becomes a file.
+pub(super) fn changing_assumptions(scenario: &Scenario) -> String {
+    format!(
+        "to change it: dragnet scenarios --write {}",
+        quoted(&scenario.source().path.display().to_string())
     )
 }
 

@@ -78,13 +78,14 @@ fn printed_settings_and_shipped_examples_are_valid() {
 }
 
 #[test]
-fn a_check_sums_up_each_scenario_in_a_line() {
+fn a_check_sums_up_each_scenario() {
     let place = Place::new();
     let text =
         place.succeed(&["check", "small.toml", root().join("scenarios/warehouse.toml").to_str().unwrap()]);
     let expected = "small.toml: ok: 12 x 12 cells of 30 m, 144 traversable, 144 searched; 4 objects; \
                     2 robots (path), sight 150 m; budget 1800 m, 60 cells";
     assert_eq!(text.lines().next(), Some(expected));
+    assert_eq!(text.lines().nth(1), Some("  start: in a cell drawn by the seed"));
     assert_eq!(text.lines().filter(|line| line.contains(": ok: ")).count(), 2, "{text}");
 }
 
