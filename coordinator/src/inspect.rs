@@ -8,15 +8,16 @@ use dragnet_proto::dragnet_msgs::{MissionStatus, Verdicts};
 use dragnet_proto::verdict::Decision;
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::standard::OccupancyGrid;
-use dragnet_scenario::map_file::MapOrigin;
+use dragnet_scenario::map_file::{Earth, GeoPoint, Georeference, MapOrigin};
 use dragnet_search::observation::Source;
 use mcap::records::{MessageHeader, Record};
 use serde::Serialize;
 
 use crate::mcap_file::read::McapReader;
 use crate::mcap_file::{Ending, RecordingError};
+use crate::playback::NO_AREAS;
 use crate::record::topic::{RobotTopic, Topic};
-use crate::record::{RUN_METADATA, SUMMARY_METADATA};
+use crate::record::{EARTH_METADATA, RUN_METADATA, SUMMARY_METADATA};
 
 const NANOSECONDS: f64 = 1e9;
 
@@ -39,6 +40,11 @@ pub struct Inspection {
     pub origin: Option<MapOrigin>,
     /// Columns of the map; `None` without a map.
     pub columns: Option<u32>,
+    /// Edge of a cell, meters; `None` without a map.
+    pub cell_meters: Option<f64>,
+    /// The map's position on the earth, if it has one.
+    #[serde(skip)]
+    pub frame: Option<Georeference>,
     /// Topics, by name.
     pub topics: BTreeMap<String, TopicContent>,
     /// Numbers of the robots with messages.
@@ -131,6 +137,8 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
         times: inspector.times,
         origin: inspector.origin,
         columns: inspector.columns,
+        cell_meters: inspector.cell_meters,
+        frame: inspector.frame(),
         robots: inspector
             .sources()
             .filter_map(|(source, ..)| match source {
@@ -153,6 +161,7 @@ struct Inspector {
     times: Option<TimeRange>,
     origin: Option<MapOrigin>,
     columns: Option<u32>,
+    cell_meters: Option<f64>,
     /// Names of messages, by schema.
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, ChannelContent>,
@@ -211,7 +220,12 @@ impl Inspector {
         {
             self.origin = Some(map.info.origin.into());
             self.columns = Some(map.info.width).filter(|&columns| columns > 0);
+            self.cell_meters = Some(f64::from(map.info.resolution));
         }
+    }
+
+    fn frame(&self) -> Option<Georeference> {
+        Some(Earth::read(self.metadata.get(EARTH_METADATA)?, NO_AREAS).ok()?.frame)
     }
 
     /// Robots and the operator, with the contents of each of their channels.
@@ -278,7 +292,8 @@ impl fmt::Display for Inspection {
             writeln!(formatter, "time          {:.3} s from Unix time {start:.3} s on", times.seconds())?;
         }
         if let Some(origin) = self.origin {
-            writeln!(formatter, "map           its south-western corner at {origin}")?;
+            let corner = self.frame.map_or_else(|| origin.to_string(), |frame| words(frame.south_west()));
+            writeln!(formatter, "map           its south-western corner at {corner}")?;
         }
         writeln!(
             formatter,
@@ -318,13 +333,23 @@ impl fmt::Display for Inspection {
     }
 }
 
+fn words(GeoPoint { latitude_degrees, longitude_degrees }: GeoPoint) -> String {
+    format!("latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}")
+}
+
 impl Inspection {
-    /// The position of a cell, in the notation of scenarios; its number in a recording without a map.
+    /// The position of a cell, in the notation of scenarios and on the earth; its number in a recording without a map.
     fn place(&self, cell: u32) -> String {
-        match self.columns {
-            Some(columns) => format!("[{}, {}]", cell / columns, cell % columns),
-            None => cell.to_string(),
-        }
+        let (Some(columns), Some(cell_meters)) = (self.columns, self.cell_meters) else {
+            return cell.to_string();
+        };
+        let (row, column) = (cell / columns, cell % columns);
+        let meters = |line: u32| (f64::from(line) + 0.5) * cell_meters;
+        let center = self.frame.map(|frame| frame.point((meters(column), meters(row))));
+        format!(
+            "[{row}, {column}]{}",
+            center.map_or_else(String::new, |center| format!(" at {}", words(center)))
+        )
     }
 
     fn state(&self) -> String {

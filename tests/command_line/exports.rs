@@ -78,6 +78,9 @@ fn a_run_reports_ignored_features_and_obeys_no_go_areas_in_html() {
 #[test]
 fn a_recording_alone_becomes_a_file_of_each_format() {
     let place = searched();
+    let inspected = place.succeed(&["inspect", "drawn.mcap"]);
+    assert!(inspected.contains("map           its south-western corner at latitude "), "{inspected}");
+    assert_eq!(inspected.matches("] at latitude ").count(), 2, "{inspected}");
     let text = place.succeed(&["export", "drawn.mcap", "--to", "out.geojson"]);
     assert!(
         text.starts_with("out.geojson\ndrawn after ") && text.contains(": 2 objects found, 2 tracks"),
