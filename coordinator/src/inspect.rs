@@ -8,14 +8,13 @@ use dragnet_proto::dragnet_msgs::{MissionStatus, Verdicts};
 use dragnet_proto::verdict::Decision;
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::standard::OccupancyGrid;
-use dragnet_scenario::map_file::{Earth, GeoPoint, Georeference, MapOrigin};
+use dragnet_scenario::map_file::{Earth, Georeference, MapOrigin};
 use dragnet_search::observation::Source;
 use mcap::records::{MessageHeader, Record};
 use serde::Serialize;
 
 use crate::mcap_file::read::McapReader;
 use crate::mcap_file::{Ending, RecordingError};
-use crate::playback::NO_AREAS;
 use crate::record::topic::{RobotTopic, Topic};
 use crate::record::{EARTH_METADATA, RUN_METADATA, SUMMARY_METADATA};
 
@@ -225,7 +224,7 @@ impl Inspector {
     }
 
     fn frame(&self) -> Option<Georeference> {
-        Some(Earth::read(self.metadata.get(EARTH_METADATA)?, NO_AREAS).ok()?.frame)
+        Earth::read_frame(self.metadata.get(EARTH_METADATA)?).ok()
     }
 
     /// Robots and the operator, with the contents of each of their channels.
@@ -292,7 +291,8 @@ impl fmt::Display for Inspection {
             writeln!(formatter, "time          {:.3} s from Unix time {start:.3} s on", times.seconds())?;
         }
         if let Some(origin) = self.origin {
-            let corner = self.frame.map_or_else(|| origin.to_string(), |frame| words(frame.south_west()));
+            let corner =
+                self.frame.map_or_else(|| origin.to_string(), |frame| frame.south_west().to_string());
             writeln!(formatter, "map           its south-western corner at {corner}")?;
         }
         writeln!(
@@ -333,10 +333,6 @@ impl fmt::Display for Inspection {
     }
 }
 
-fn words(GeoPoint { latitude_degrees, longitude_degrees }: GeoPoint) -> String {
-    format!("latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}")
-}
-
 impl Inspection {
     /// The position of a cell, in the notation of scenarios and on the earth; its number in a recording without a map.
     fn place(&self, cell: u32) -> String {
@@ -346,10 +342,8 @@ impl Inspection {
         let (row, column) = (cell / columns, cell % columns);
         let meters = |line: u32| (f64::from(line) + 0.5) * cell_meters;
         let center = self.frame.map(|frame| frame.point((meters(column), meters(row))));
-        format!(
-            "[{row}, {column}]{}",
-            center.map_or_else(String::new, |center| format!(" at {}", words(center)))
-        )
+        let center = center.map_or_else(String::new, |center| format!(" at {center}"));
+        format!("[{row}, {column}]{center}")
     }
 
     fn state(&self) -> String {

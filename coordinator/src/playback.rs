@@ -29,7 +29,7 @@ use crate::record::{
 };
 
 /// For a recording whose areas are lost.
-pub(crate) const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
+const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
 
 /// A recorded mission. Its records are [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`],
 /// [`Record::Status`] and [`Record::Verdicts`]; all others follow from them.

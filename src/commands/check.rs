@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use dragnet_files::read_text_at_most;
 use dragnet_runtime::config::{self, AgentSettings, CoordinatorSettings, SimSettings};
 use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
-use dragnet_scenario::map_file::{GeoPoint, Georeference, MapOrigin};
+use dragnet_scenario::map_file::{Georeference, MapOrigin};
 use dragnet_scenario::{Class, Drawn, Robot, Scenario, Start};
 
-use super::search::place;
+use super::search::{center, place};
 use super::settings::Kind;
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
@@ -115,11 +115,7 @@ fn starts(scenario: &Scenario) -> Vec<String> {
             Start::Together => "in a cell drawn by the seed".to_owned(),
             Start::Scattered => "each in a cell of its own, drawn by the seed".to_owned(),
             Start::Cell(cell) => {
-                let center = scenario.terrain().center_meters(cell);
-                let center = scenario.georeference().map_or_else(String::new, |frame| {
-                    let GeoPoint { latitude_degrees, longitude_degrees } = frame.point(center);
-                    format!(", latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}")
-                });
+                let center = center(scenario, cell).map_or_else(String::new, |center| format!(", {center}"));
                 format!("in {}{center}", place(scenario.terrain().grid(), cell))
             }
         };
@@ -146,12 +142,8 @@ fn robots_by<'a, T: PartialEq>(scenario: &'a Scenario, of: impl Fn(&'a Robot) ->
 
 /// The map's position on the earth, and its areas.
 fn earth(scenario: &Scenario, drawn: &[Drawn]) -> Vec<String> {
-    let corner = scenario.georeference().map(Georeference::south_west).map(|corner| {
-        let GeoPoint { latitude_degrees, longitude_degrees } = corner;
-        format!(
-            "  south-western corner at latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}\n"
-        )
-    });
+    let corner = scenario.georeference().map(Georeference::south_west);
+    let corner = corner.map(|corner| format!("  south-western corner at {corner}\n"));
     let drawn = drawn.iter().map(|Drawn { name, kind, cells, barriers, .. }| {
         let comes_of_it = match barriers {
             0 => counted(*cells, "searched cell"),

@@ -16,6 +16,7 @@ use crate::terminal::{self, progress};
 use narrator::Narrator;
 pub(super) use narrator::place;
 use report::Report;
+pub(super) use report::center;
 
 /// The output format of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

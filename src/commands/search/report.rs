@@ -328,7 +328,7 @@ fn find_counts(scenario: &Scenario, episode: &Episode) -> FindCounts {
 }
 
 /// Where on the earth a cell's center is, if the map is georeferenced.
-fn center(scenario: &Scenario, cell: Cell) -> Option<GeoPoint> {
+pub(in crate::commands) fn center(scenario: &Scenario, cell: Cell) -> Option<GeoPoint> {
     Some(scenario.georeference()?.point(scenario.terrain().center_meters(cell)))
 }
 
@@ -339,10 +339,7 @@ fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
     let is_found = |cell: Cell| belief.is_found(cell, detection_threshold);
     let probability = probability(scenario, episode);
     let line = |cell: Cell| {
-        let center = center(scenario, cell).map_or_else(String::new, |center| {
-            let GeoPoint { latitude_degrees, longitude_degrees } = center;
-            format!(" at latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}")
-        });
+        let center = center(scenario, cell).map_or_else(String::new, |center| format!(" at {center}"));
         format!("{}{center}, probability {:.4}", place(grid, cell), probability(cell))
     };
     let (kept, withdrawn): (Vec<&Find>, Vec<&Find>) = finds.iter().partition(|find| is_found(find.cell));

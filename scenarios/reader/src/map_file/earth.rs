@@ -47,20 +47,30 @@ impl Earth {
     /// # Errors
     /// If a fact is missing or invalid, or the text holds no areas.
     pub fn read(facts: &BTreeMap<String, String>, areas_geojson: &str) -> Result<Self, String> {
-        let number = |name: &str| {
-            let text = facts.get(name).map_or("missing", String::as_str);
-            text.parse().map_err(|_| format!("{name} is {text:?}; allowed is a number"))
-        };
-        let (latitude, longitude): (f64, f64) = (number(LATITUDE)?, number(LONGITUDE)?);
-        let reference: f64 = number(REFERENCE)?;
+        let frame = Self::read_frame(facts)?;
+        let areas = Areas::from_geojson(Path::new("areas.geojson"), areas_geojson);
+        Ok(Self {
+            frame,
+            areas: areas.map_err(|error| error.to_string())?.areas,
+            expected_objects: number(facts, OBJECTS)?,
+        })
+    }
+
+    /// Reads the map's frame of the texts of [`Earth::facts`] alone.
+    ///
+    /// # Errors
+    /// If one of its facts is missing or invalid.
+    pub fn read_frame(facts: &BTreeMap<String, String>) -> Result<Georeference, String> {
+        let (latitude, longitude) = (number(facts, LATITUDE)?, number(facts, LONGITUDE)?);
+        let reference = number(facts, REFERENCE)?;
         let corner = GeoPoint::checked(longitude, latitude)
             .filter(|_| GeoPoint::checked(longitude, reference).is_some())
             .ok_or_else(|| format!("a map at {latitude}, {longitude}; allowed is {}", GeoPoint::ALLOWED))?;
-        let areas = Areas::from_geojson(Path::new("areas.geojson"), areas_geojson);
-        Ok(Self {
-            frame: Georeference::new(corner, reference),
-            areas: areas.map_err(|error| error.to_string())?.areas,
-            expected_objects: number(OBJECTS)?,
-        })
+        Ok(Georeference::new(corner, reference))
     }
+}
+
+fn number(facts: &BTreeMap<String, String>, name: &str) -> Result<f64, String> {
+    let text = facts.get(name).map_or("missing", String::as_str);
+    text.parse().map_err(|_| format!("{name} is {text:?}; allowed is a number"))
 }

@@ -1,5 +1,7 @@
 //! A map's position on the earth: conversion between WGS84 degrees and meters east and north.
 
+use std::fmt;
+
 use dragnet_search::terrain::Terrain;
 use geo::Coord;
 
@@ -18,6 +20,14 @@ pub struct GeoPoint {
     pub longitude_degrees: f64,
     /// `-90..=90`, north positive.
     pub latitude_degrees: f64,
+}
+
+/// To six places, a tenth of a meter.
+impl fmt::Display for GeoPoint {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { latitude_degrees, longitude_degrees } = self;
+        write!(formatter, "latitude {latitude_degrees:.6}, longitude {longitude_degrees:.6}")
+    }
 }
 
 impl GeoPoint {
