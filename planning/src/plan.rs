@@ -120,12 +120,13 @@ impl MissionPlan {
     #[must_use]
     pub fn changed(&self, sent: Self) -> Self {
         let mut kept = self.scenario.clone();
-        let ScenarioFile { name, map, sensor, objects, robots, mission, .. } = sent.scenario;
+        let ScenarioFile { name, map, sensor, objects, prior, robots, mission, .. } = sent.scenario;
         kept.name = name;
         kept.map.cell_meters = map.cell_meters;
         kept.map.connectivity = map.connectivity;
         kept.sensor = sensor;
         kept.objects = objects;
+        kept.prior.rest_of_world = prior.rest_of_world;
         kept.mission = mission;
         kept.robots.count = robots.count;
         kept.robots.start = robots.start;

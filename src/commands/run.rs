@@ -50,8 +50,8 @@ pub(crate) struct Arguments {
     /// Seed of object positions, start cells, sensor noise and random decisions: a whole number from 0
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = scenario::parse_seed, allow_negative_numbers = true)]
     seed: u64,
-    /// Medium of the messages. The search and its recording do not depend on it [default: zenoh for up to 8 robots and
-    /// with --processes, --real-time-factor or --live; otherwise memory]
+    /// Medium of the messages. The search and its recording do not depend on it [default: zenoh with --processes,
+    /// --real-time-factor or --live; otherwise memory]
     #[arg(long, value_name = "MEDIUM")]
     over: Option<Over>,
     /// Number of threads that deliver messages with --over memory, 1 to 1024. The search and its recording do not
@@ -90,9 +90,6 @@ enum Over {
     Memory,
 }
 
-/// Over Zenoh each pair of participants has a connection, and each event is a query: up to this team size that costs little.
-const MOST_OVER_ZENOH: usize = 8;
-
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let weights = arguments.weights.as_deref();
     scenario::check_weights(weights, "--policy", arguments.policy.as_slice())?;
@@ -101,7 +98,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         scenario = scenario::with_policy(&scenario, "--policy", policy, weights)?;
     }
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
-    let medium = medium(arguments, &scenario)?;
+    let medium = medium(arguments)?;
     let recording = place_recording(arguments, &scenario)?;
     scenario::warn(&scenario);
     UtilityTable::warm_up();
@@ -153,7 +150,7 @@ fn run(
     })
 }
 
-fn medium(arguments: &Arguments, scenario: &Scenario) -> Result<Medium, Failure> {
+fn medium(arguments: &Arguments) -> Result<Medium, Failure> {
     let needs_zenoh = [
         ("--processes", arguments.processes),
         ("--real-time-factor", arguments.real_time_factor.is_some()),
@@ -164,9 +161,9 @@ fn medium(arguments: &Arguments, scenario: &Scenario) -> Result<Medium, Failure>
         (Some(Over::Memory), Some((option, _))) => {
             Err(Failure::Input(format!("--over memory: {option} needs Zenoh; allowed is --over zenoh")))
         }
-        (Some(Over::Memory), None) => Ok(Medium::Memory),
-        (None, None) if scenario.robots().len() > MOST_OVER_ZENOH => Ok(Medium::Memory),
-        _ => Ok(Medium::Zenoh),
+        // Over Zenoh each event is a query to one session.
+        (Some(Over::Memory) | None, None) => Ok(Medium::Memory),
+        (Some(Over::Zenoh), _) | (None, Some(_)) => Ok(Medium::Zenoh),
     }
 }
 

@@ -54,7 +54,7 @@ fn one_json_object_holds_all_measures() {
     );
     assert_eq!(report["path_cells"].as_array().unwrap().len(), 2);
     assert_eq!(report["observations_sent"], report["observations_merged"]);
-    assert_eq!(report["messages_over"], "zenoh");
+    assert_eq!(report["messages_over"], "memory");
     assert_eq!(report["beliefs_equal"], true);
     assert_eq!(report["has_all_readings"], true);
     assert_eq!(report["recording"], "small-3.mcap");
@@ -118,8 +118,9 @@ fn the_medium_of_messages_is_reported_and_changes_nothing() {
     let ((zenoh, over_zenoh), (memory, in_memory)) = (run("zenoh", "a.mcap"), run("memory", "b.mcap"));
     assert!(zenoh.contains("over Zenoh") && memory.contains("in memory"), "{zenoh}{memory}");
     assert!(over_zenoh == in_memory, "the recordings differ");
-    let large = place.json(&["run", "small.toml", "--robots", "9", "--json"]);
-    assert_eq!(large["messages_over"], "memory");
+    let usual = |asked: &[&str]| place.json(&[&["run", "small.toml", "--json"], asked].concat());
+    assert_eq!(usual(&[])["messages_over"], "memory");
+    assert_eq!(usual(&["--real-time-factor", "10000"])["messages_over"], "zenoh");
     place
         .refuse(&["run", "small.toml", "--over", "memory", "--processes"], &["--over memory", "--processes"]);
 }

@@ -32,7 +32,7 @@ fn place() -> Place {
 /// A run without results that depend on the computer and on the recording's name.
 fn run(place: &Place, arguments: &[&str]) -> Value {
     let mut report = place.json(&[&["run", "--json"], arguments].concat());
-    for varies in ["decision_ms", "recording", "scenario"] {
+    for varies in ["decision_ms", "messages_over", "recording", "scenario"] {
         report[varies] = Value::Null;
     }
     report

@@ -189,7 +189,15 @@ async function settings(page) {
   await put(page, "field-remaining", "0.02");
   await until("what the end means is said", async () => /Of all missing 99 % are expected/.test(await text(page, "remaining-note")));
   await put(page, "field-remaining", "0.05");
+  const elsewhere = page.locator("#field-elsewhere");
+  assert.ok(await elsewhere.isDisabled(), "two are not in one place");
   await put(page, "field-objects", "1");
+  await until("one is somewhere in the area", async () => (await elsewhere.isEnabled()) && (await elsewhere.inputValue()) === "0");
+  await put(page, "field-elsewhere", "20");
+  await ready(page);
+  const { prior } = (await page.evaluate(async () => (await fetch("plan/state")).json())).plan.scenario;
+  assert.equal(prior.rest_of_world, 0.2);
+  await put(page, "field-elsewhere", "0");
   await ready(page);
   assert.ok(!(await page.locator("#suggested").isChecked()));
 }

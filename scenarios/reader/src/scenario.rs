@@ -116,8 +116,9 @@ impl Scenario {
         Self::from_text(&path, text)
     }
 
-    /// The text of a scenario for a map, which it names as `file`: one object, one robot that starts in a random cell
-    /// with the policy `tour`, cells so long that the map's longer side has at most 80, and six hours.
+    /// The text of a scenario for a map, which it names as `file`: one subject, who is in the searched cells or where the
+    /// map's regions leave the rest, one robot that starts in a random cell with the policy `tour`, cells so long that
+    /// the map's longer side has at most 80, and six hours.
     #[must_use]
     pub fn text_of_map(map: &Path, file: &str) -> String {
         of_map::text(map, file)

@@ -28,10 +28,21 @@ function numeric(key, allowed = {}, unit = 1) {
 }
 const cell = numeric("map.cell_meters");
 const objects = numeric("objects.count", { isWhole: true });
+const elsewhere = numeric("prior.rest_of_world", { isOptional: true, least: 0, most: 99.99, unit: "%" }, 0.01);
 const hours = numeric("mission.budget_seconds", { isOptional: true, above: 0, most: MOST_HOURS, unit: "hours" }, 3600);
 const FIELDS = {
     "field-name": { keys: ["name"], get: ({ scenario }) => scenario.name, set: ({ scenario }, value) => (scenario.name = String(value).trim()) },
-    "field-objects": { ...objects, keys: [...objects.keys, "objects"] },
+    "field-objects": {
+        ...objects, keys: [...objects.keys, "objects"],
+        set: (plan, value) => {
+            objects.set(plan, value);
+            if (value === 1)
+                plan.scenario.prior.rest_of_world ??= 0;
+            else
+                delete plan.scenario.prior.rest_of_world;
+        },
+    },
+    "field-elsewhere": elsewhere,
     "field-hours": { ...hours, keys: [...hours.keys, "mission"] },
     "field-kilometers": numeric("mission.budget_meters", { isOptional: true, above: 0, most: MOST_KILOMETERS, unit: "km" }, 1000),
     "field-remaining": numeric("mission.stop_when_expected_remaining"),
@@ -103,6 +114,7 @@ export class Fields {
             if (problem !== undefined)
                 field.closest("details")?.setAttribute("open", "");
         }
+        element("field-elsewhere", HTMLInputElement).disabled = plan.scenario.objects.count !== 1;
         element("suggested", HTMLInputElement).checked = plan.is_cell_suggested;
         const { map: { cell_meters }, sensor: { radius } } = plan.scenario;
         const { objects: { count }, mission: { stop_when_expected_remaining: remaining } } = plan.scenario;

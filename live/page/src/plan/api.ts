@@ -34,6 +34,8 @@ export interface Plan {
     map: { cell_meters: number };
     sensor: { radius: number; noise_variance: number };
     objects: { count?: number };
+    /** Given if exactly one is missing. */
+    prior: { rest_of_world?: number };
     robots: { count: number; start?: unknown };
     mission: { speed_meters_per_second: number; budget_seconds?: number; budget_meters?: number; stop_when_expected_remaining: number };
   };

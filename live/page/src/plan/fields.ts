@@ -47,11 +47,21 @@ function numeric(key: string, allowed: Allowed = {}, unit = 1): Field {
 
 const cell = numeric("map.cell_meters");
 const objects = numeric("objects.count", { isWhole: true });
+const elsewhere = numeric("prior.rest_of_world", { isOptional: true, least: 0, most: 99.99, unit: "%" }, 0.01);
 const hours = numeric("mission.budget_seconds", { isOptional: true, above: 0, most: MOST_HOURS, unit: "hours" }, 3600);
 
 const FIELDS: Record<string, Field> = {
   "field-name": { keys: ["name"], get: ({ scenario }) => scenario.name, set: ({ scenario }, value) => (scenario.name = String(value).trim()) },
-  "field-objects": { ...objects, keys: [...objects.keys, "objects"] },
+  "field-objects": {
+    ...objects, keys: [...objects.keys, "objects"],
+    set: (plan, value) => {
+      objects.set(plan, value);
+      // Of one alone it is certain that a find ends the search.
+      if (value === 1) plan.scenario.prior.rest_of_world ??= 0;
+      else delete plan.scenario.prior.rest_of_world;
+    },
+  },
+  "field-elsewhere": elsewhere,
   // That a mission has no budget at all is a problem of its table.
   "field-hours": { ...hours, keys: [...hours.keys, "mission"] },
   "field-kilometers": numeric("mission.budget_meters", { isOptional: true, above: 0, most: MOST_KILOMETERS, unit: "km" }, 1000),
@@ -122,6 +132,7 @@ export class Fields {
       field.setAttribute("aria-invalid", String(problem !== undefined));
       if (problem !== undefined) field.closest("details")?.setAttribute("open", "");
     }
+    element("field-elsewhere", HTMLInputElement).disabled = plan.scenario.objects.count !== 1;
     element("suggested", HTMLInputElement).checked = plan.is_cell_suggested;
     const { map: { cell_meters }, sensor: { radius } } = plan.scenario;
     const { objects: { count }, mission: { stop_when_expected_remaining: remaining } } = plan.scenario;

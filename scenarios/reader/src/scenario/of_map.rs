@@ -5,6 +5,7 @@ use std::path::Path;
 use dragnet_search::cell::Grid;
 use dragnet_search::sensor::Sensor;
 
+use crate::map_file::areas::Rest;
 use crate::map_file::{Areas, Format, MapFile, grids_of_ros_map};
 
 /// Edges of cells to choose from, meters, longest first.
@@ -26,16 +27,29 @@ pub(super) fn is_map(path: &Path) -> bool {
 
 /// The text of a scenario for a map; `file` is the map's path as the scenario is to name it.
 pub(super) fn text(map: &Path, file: &str) -> String {
-    text_with(&name(map), file, cells(map))
+    let areas = (Format::of(map) == Some(Format::Areas)).then(|| Areas::load(map).ok()).flatten();
+    match areas {
+        Some(areas) => text_of_areas(&areas, &name(map), file),
+        None => text_with(&name(map), file, cells(map), 0.0),
+    }
 }
 
 /// The text of a scenario of this name for areas, which it names as `file`.
 pub(super) fn text_of_areas(areas: &Areas, name: &str, file: &str) -> String {
     let cells = cells_of_areas(areas).unwrap_or((USUAL_CELL_METERS, Sensor::DEFAULT_RADIUS));
-    text_with(name, file, cells)
+    text_with(name, file, cells, beyond(areas, cells.0).unwrap_or_default())
 }
 
-fn text_with(name: &str, file: &str, (cell_meters, side): (f64, u32)) -> String {
+/// The probability that the regions leave beyond the map: 0 unless they cover all searched cells.
+fn beyond(areas: &Areas, cell_meters: f64) -> Option<f64> {
+    let map = MapFile::of_areas(Path::new(""), areas.clone(), cell_meters).ok()?;
+    let prior = areas.prior(Path::new(""), map.georeference.as_ref()?, &map.terrain, 1.0).ok()??;
+    let Rest { poa, cells } = prior.claims.rest;
+    // Written as people would.
+    (cells == 0).then_some((1e6 * poa).round() / 1e6)
+}
+
+fn text_with(name: &str, file: &str, (cell_meters, side): (f64, u32), rest_of_world: f64) -> String {
     let radius = Sensor::DEFAULT_RADIUS.min(side);
     let file = toml::Value::String(file.to_owned());
     format!(
@@ -49,6 +63,9 @@ fn text_with(name: &str, file: &str, (cell_meters, side): (f64, u32)) -> String 
          radius = {radius}\n\n\
          [objects]\n\
          count = 1\n\n\
+         [prior]\n\
+         # The probability that the object is outside of the search area: a find ends the search.\n\
+         rest_of_world = {rest_of_world:?}\n\n\
          [robots]\n\
          count = 1\n\
          policy = \"tour\"\n\n\
@@ -58,15 +75,14 @@ fn text_with(name: &str, file: &str, (cell_meters, side): (f64, u32)) -> String 
     )
 }
 
-/// The edge of the cells, meters, and how many the map's longer side then has.
+/// The edge of the cells of a map without areas, meters, and how many the map's longer side then has.
 fn cells(map: &Path) -> (f64, u32) {
     let chosen = match Format::of(map) {
         Some(Format::Ros) => {
             grids_of_ros_map(map).ok().and_then(|grid| shortest(|cell_meters| grid(cell_meters).map(side)))
         }
-        Some(Format::Areas) => Areas::load(map).ok().and_then(|areas| cells_of_areas(&areas)),
         // Each cell is a character of the file.
-        Some(Format::Drawing | Format::MovingAi) | None => {
+        _ => {
             let map = MapFile::load(map, USUAL_CELL_METERS).ok();
             map.map(|map| (USUAL_CELL_METERS, side(map.terrain.grid())))
         }
@@ -118,6 +134,8 @@ pub(super) fn name(map: &Path) -> String {
 mod tests {
     use std::fs;
 
+    use dragnet_search::one_subject::OneSubject;
+
     use super::*;
     use crate::Scenario;
 
@@ -134,6 +152,7 @@ mod tests {
             let side = grid.rows().max(grid.columns());
             assert!((LONGEST_SIDE / 3..=LONGEST_SIDE).contains(&side), "{map}: {grid:?}");
             assert_eq!(scenario.robots().len(), 1);
+            assert_eq!(scenario.one_subject(), OneSubject::new(0.0), "{map}: a find ends the search");
         }
         let drawn = tempfile::tempdir().unwrap();
         let map = drawn.path().join("The moor (west).txt");
@@ -141,6 +160,29 @@ mod tests {
         let scenario = Scenario::load(&map).unwrap();
         assert_eq!(scenario.name(), "The_moor__west_");
         assert!((scenario.terrain().cell_meters() - USUAL_CELL_METERS).abs() < f64::EPSILON);
+    }
+
+    /// Regions that leave some of the probability to no cell say where else the object may be.
+    #[test]
+    fn what_regions_leave_beyond_the_map_is_elsewhere() {
+        let square = "[[[2,49],[2.01,49],[2.01,49.01],[2,49.01],[2,49]]]";
+        let west = "[[[2,49],[2.005,49],[2.005,49.01],[2,49.01],[2,49]]]";
+        let elsewhere = |region: &str| {
+            let feature = |kind: &str, ring: &str| {
+                format!(
+                    r#"{{"type":"Feature","properties":{{{kind}}},"geometry":{{"type":"Polygon","coordinates":{ring}}}}}"#
+                )
+            };
+            let features =
+                [feature(r#""kind":"search""#, square), feature(r#""kind":"prior","poa":0.8"#, region)];
+            let folder = tempfile::tempdir().unwrap();
+            let map = folder.path().join("a.geojson");
+            fs::write(&map, format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(",")))
+                .unwrap();
+            Scenario::load(&map).unwrap().one_subject()
+        };
+        assert_eq!(elsewhere(square), OneSubject::new(0.2));
+        assert_eq!(elsewhere(west), OneSubject::new(0.0));
     }
 
     #[test]
