@@ -65,7 +65,11 @@ pub(super) fn import(
         plan.features.clear();
     }
     plan.add(&areas);
-    let message = format!("{name}: {} read.{invalid}{ignored}", counted(&areas.areas));
+    let mended = match areas.mended.len() {
+        0 => String::new(),
+        _ => format!(" Mended, which changes next to nothing: {}.", shown(&areas.mended)),
+    };
+    let message = format!("{name}: {} read.{invalid}{mended}{ignored}", counted(&areas.areas));
     Ok(Import { revision, plan, message })
 }
 

@@ -69,7 +69,7 @@ fn a_problem_stands_where_it_is() {
 }
 
 #[test]
-fn each_wrong_feature_has_its_problem_and_overlaps_are_of_all() {
+fn each_wrong_feature_has_its_problem_and_overlaps_are_told() {
     let mut plan = plan();
     plan.features[1].properties = None;
     plan.features[1].geometry = None;
@@ -79,8 +79,9 @@ fn each_wrong_feature_has_its_problem_and_overlaps_are_of_all() {
     let mut plan = MissionPlan::of_areas("moor", &areas()).unwrap();
     let [first, ..] = &areas().areas[..] else { panic!() };
     plan.features.push(first.feature());
-    let found = problems(&plan);
-    assert!(found[0].at == Place::Map && found[0].message.contains("share no ground"), "{found:?}");
+    let review = plan.review();
+    assert!(review.problems.is_empty(), "{review:?}");
+    assert!(review.warnings.iter().any(|it| it.starts_with("search areas overlap")), "{review:?}");
 }
 
 #[test]

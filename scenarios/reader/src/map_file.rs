@@ -48,6 +48,8 @@ pub struct MapFile {
     pub origin: MapOrigin,
     /// The areas in its file, besides the ground; empty for formats without areas.
     pub areas: Areas,
+    /// Pairs of search areas that share ground, by name, which is searched once.
+    pub overlaps: Vec<[String; 2]>,
 }
 
 /// Pose of the map's south-western corner in the frame of its file: for a ROS map in the frame `map`. Zero for all
@@ -97,13 +99,19 @@ impl MapFile {
     /// A map without a position on the earth, at the origin of its file's frame.
     #[must_use]
     pub fn unplaced(terrain: Terrain) -> Self {
-        Self { terrain, georeference: None, origin: MapOrigin::default(), areas: Areas::default() }
+        Self {
+            terrain,
+            georeference: None,
+            origin: MapOrigin::default(),
+            areas: Areas::default(),
+            overlaps: Vec::new(),
+        }
     }
 
     /// The map of areas, in cells of edge `cell_meters`, meters; messages name the file.
     ///
     /// # Errors
-    /// If no search area is among them, search areas overlap, or there would be no cell, or too many.
+    /// If no search area is among them, or there would be no cell, or too many.
     pub fn of_areas(file: &Path, areas: Areas, cell_meters: f64) -> Result<Self, MapFileError> {
         outline::map(file, areas, cell_meters)
     }

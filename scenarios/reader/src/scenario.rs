@@ -392,6 +392,7 @@ impl Scenario {
         Areas {
             areas: [&map.areas[..], &prior.areas].concat(),
             left_out: [&map.left_out[..], &prior.left_out].concat(),
+            mended: [&map.mended[..], &prior.mended].concat(),
         }
     }
 

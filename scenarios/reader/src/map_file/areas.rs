@@ -2,7 +2,7 @@
 //! GPX, and plans of `QGroundControl`, WGS84 degrees; `docs/maps.md` explains the convention.
 //!
 //! A file of any of these formats becomes features, and each of these an [`Area`], or is ignored. Areas are checked once,
-//! here: rings are closed, cross nothing, and lie on the earth.
+//! here: rings are closed, cross nothing, and lie on the earth; small faults are mended.
 
 mod closed;
 mod description;
@@ -42,6 +42,8 @@ pub struct Areas {
     pub areas: Vec<Area>,
     /// Ignored features, by name or position in the file, and ignored shapes of areas, such as `1 point of A`.
     pub left_out: Vec<String>,
+    /// Polygons with a fault that changed less than a thousandth of their area, and are read without it: place and fault.
+    pub mended: Vec<String>,
 }
 
 /// An area or a place on the earth.
@@ -95,7 +97,7 @@ impl Areas {
         let (areas, others): (Vec<Area>, Vec<Area>) =
             self.areas.into_iter().partition(|area| area.purpose.poa().is_some());
         let left_out = self.left_out.into_iter().chain(others.into_iter().map(|area| area.name)).collect();
-        Self { areas, left_out }
+        Self { areas, left_out, mended: self.mended }
     }
 
     /// Reads a file.
@@ -170,7 +172,7 @@ impl Areas {
         check_number(file, "rings", shapes().map(feature::Shapes::ring_count).sum(), MAX_RINGS)?;
         let (mut read, mut invalid) = (Self::default(), Vec::new());
         for feature in features {
-            match kind::area(file, &feature) {
+            match kind::area(file, &feature, &mut read.mended) {
                 Err(error) => invalid.push(error),
                 Ok(Some(area)) => {
                     let beside = feature.shapes.beside(&area.purpose);

@@ -39,7 +39,7 @@ impl Earth {
     /// The areas as a `GeoJSON` text.
     #[must_use]
     pub fn areas_geojson(&self) -> String {
-        Areas { areas: self.areas.clone(), left_out: Vec::new() }.to_geojson()
+        Areas { areas: self.areas.clone(), ..Areas::default() }.to_geojson()
     }
 
     /// Reads the texts of [`Earth::facts`] and [`Earth::areas_geojson`].

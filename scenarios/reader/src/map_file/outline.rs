@@ -1,17 +1,20 @@
 //! The map of areas drawn on the earth: `GeoJSON` and KML, WGS84.
 //!
-//! All search areas of the file together are searched; holes are left out. The grid starts at the south-western corner
+//! All search areas of the file together are searched, the ground that several share once; holes are left out. The grid starts at the south-western corner
 //! of their bounding box, in the frame of [`Georeference`]; a cell is open where at least half of its area lies inside,
 //! else blocked. No robot enters a cell that a no-go area touches; if it would be open, it is still searched, from
 //! outside.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use dragnet_search::cell::Grid;
 use dragnet_search::terrain::{Ground, Terrain};
 use geo::coordinate_position::CoordPos;
 use geo::dimensions::Dimensions;
-use geo::{Area, BooleanOps, BoundingRect, Intersects, MapCoords, MultiPolygon, Polygon, Relate};
+use geo::{
+    Area, BooleanOps, BoundingRect, Intersects, MapCoords, MultiPolygon, Polygon, Relate, unary_union,
+};
 
 use super::areas::{Areas, Purpose, rings};
 use super::georeference::{GeoPoint, Georeference};
@@ -27,13 +30,14 @@ const ROUNDED_SHARE: f64 = 1e-3;
 /// Converts areas to cells of an edge in meters; messages name the file.
 pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile, MapFileError> {
     let searched = Searched::of(&areas);
-    searched.check_apart(file)?;
     let frame = searched.frame(file)?;
     let (east, north) = searched.extent_cells(&frame, cell_meters);
     let invalid = |source| MapFileError::Terrain { file: file.to_owned(), source };
     let grid = Grid::new(whole_cells(north), whole_cells(east)).map_err(|error| invalid(error.into()))?;
     let is_entered = entered(file, &areas, &frame, grid, cell_meters)?;
-    let region: MultiPolygon<f64> = searched.polygons.iter().map(|(_, polygon)| (*polygon).clone()).collect();
+    let shared = searched.overlapping_pairs();
+    let region = searched.region(&shared);
+    let overlaps = searched.areas_of(&shared);
     let ground = covered_shares(grid, &rings(&in_cells(&region, &frame, cell_meters)))
         .into_iter()
         .zip(is_entered)
@@ -44,12 +48,12 @@ pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile
         })
         .collect();
     let terrain = Terrain::new(grid, cell_meters, ground).map_err(invalid)?;
-    Ok(MapFile { terrain, georeference: Some(frame), origin: MapOrigin::default(), areas })
+    Ok(MapFile { terrain, georeference: Some(frame), origin: MapOrigin::default(), areas, overlaps })
 }
 
-/// The polygons of search areas, each with the name of its area.
+/// The polygons of search areas, each with its place: the name of its area, and its number in it.
 struct Searched<'a> {
-    polygons: Vec<(String, &'a Polygon<f64>)>,
+    polygons: Vec<((&'a str, usize), &'a Polygon<f64>)>,
 }
 
 impl<'a> Searched<'a> {
@@ -58,25 +62,14 @@ impl<'a> Searched<'a> {
             Purpose::Search(region) => Some((&area.name, region)),
             _ => None,
         });
-        let place = |name: &str, index: usize| format!("search area {name:?}, polygon {}", index + 1);
         let polygons = searched.flat_map(|(name, region)| {
-            region.iter().enumerate().map(move |(index, polygon)| (place(name, index), polygon))
+            region.iter().enumerate().map(move |(index, polygon)| ((name.as_str(), index), polygon))
         });
         Self { polygons: polygons.collect() }
     }
 
-    fn check_apart(&self, file: &Path) -> Result<(), MapFileError> {
-        match self.overlapping_pair() {
-            Some((a, b)) => {
-                let found = format!("on {b} in part");
-                Err(MapFileError::value(file, a, found, "search areas that share no ground"))
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// Two polygons that share more than a border and what rounding adds to it, the later one first.
-    fn overlapping_pair(&self) -> Option<(&str, &str)> {
+    /// Pairs of polygons that share more than a border and what rounding adds to it, each in the order of the file.
+    fn overlapping_pairs(&self) -> Vec<(usize, usize)> {
         let boxes: Vec<_> = self.polygons.iter().map(|(_, polygon)| polygon.bounding_rect()).collect();
         let overlap = |a: usize, b: usize| {
             let is_near = boxes[a].zip(boxes[b]).is_some_and(|(a, b)| a.intersects(&b));
@@ -86,10 +79,20 @@ impl<'a> Searched<'a> {
                 && shared_share(self.polygons[a].1, self.polygons[b].1) > ROUNDED_SHARE
         };
         let count = self.polygons.len();
-        (0..count)
-            .flat_map(|a| (a + 1..count).map(move |b| (a, b)))
-            .find(|&(a, b)| overlap(a, b))
-            .map(|(a, b)| (self.polygons[b].0.as_str(), self.polygons[a].0.as_str()))
+        (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b))).filter(|&(a, b)| overlap(a, b)).collect()
+    }
+
+    /// The searched ground, for an even-odd rule: what several polygons share lies in one of them.
+    fn region(&self, shared: &[(usize, usize)]) -> MultiPolygon<f64> {
+        let polygons = self.polygons.iter().map(|&(_, polygon)| polygon);
+        if shared.is_empty() { polygons.cloned().collect() } else { unary_union(polygons) }
+    }
+
+    /// The names of the areas of pairs of polygons, each pair once; of one area both are the same.
+    fn areas_of(&self, pairs: &[(usize, usize)]) -> Vec<[String; 2]> {
+        let name = |polygon: usize| self.polygons[polygon].0.0.to_owned();
+        let mut told = BTreeSet::new();
+        pairs.iter().map(|&(a, b)| [name(a), name(b)]).filter(|pair| told.insert(pair.clone())).collect()
     }
 
     fn corners(&self) -> impl Iterator<Item = GeoPoint> + '_ {
@@ -108,9 +111,10 @@ impl<'a> Searched<'a> {
         }
         let south_west = GeoPoint { longitude_degrees: west, latitude_degrees: south };
         let frame = Georeference::new(south_west, f64::midpoint(south, north));
-        for (place, polygon) in &self.polygons {
+        for &((name, index), polygon) in &self.polygons {
             for &corner in polygon.exterior() {
                 frame.check_near(corner.into()).map_err(|far| {
+                    let place = format!("search area {name:?}, polygon {}", index + 1);
                     let found = format!("{far} at [{}, {}]", corner.x, corner.y);
                     MapFileError::value(file, place, found, Georeference::NEAR)
                 })?;

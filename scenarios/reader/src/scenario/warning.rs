@@ -8,7 +8,7 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::sensor::{Noise, Sensor};
 
-use crate::map_file::areas::Purpose;
+use crate::map_file::areas::{Areas, Purpose};
 
 use super::{Drawn, Objects, Scenario, Start, start};
 
@@ -92,6 +92,20 @@ pub enum Warning {
         /// From the point to the cell's center, meters.
         meters: f64,
     },
+    /// Search areas that share ground, which is searched once.
+    Overlap {
+        /// The names of the first two.
+        areas: [String; 2],
+        /// How many other pairs do.
+        others: usize,
+    },
+    /// Polygons with a fault that changes next to nothing, and were read without it.
+    Mended {
+        /// Place and fault of the first one.
+        first: String,
+        /// How many others there are.
+        others: usize,
+    },
     /// A feature of a file that has no meaning for the search.
     LeftOut {
         /// Its name, or its position in the file.
@@ -168,6 +182,21 @@ impl Warning {
                 "{name} lies in no traversable cell: robots start in the nearest one, {}, {meters:.0} m away",
                 place(*cell)
             ),
+            Self::Overlap { areas: [a, b], others } => {
+                let others = match others {
+                    0 => String::new(),
+                    1 => ", and another pair".to_owned(),
+                    others => format!(", and {others} other pairs"),
+                };
+                format!("search areas overlap, {a:?} and {b:?}{others}: what they share is searched once")
+            }
+            Self::Mended { first, others } => {
+                let others = match others {
+                    0 => String::new(),
+                    others => format!("; {others} more polygons have such faults"),
+                };
+                format!("mended, since it changes less than a thousandth of the area: {first}{others}")
+            }
             Self::LeftOut { name } => {
                 format!("left out: {}; kinds are {}", name.escape_debug(), Purpose::KINDS.join(", "))
             }
@@ -202,7 +231,7 @@ impl Scenario {
             }
             reach.add_robot(self.terrain(), sight, start);
         }
-        let left_out = self.areas().left_out.into_iter().map(|name| Warning::LeftOut { name });
+        let Areas { left_out, mended, .. } = self.areas();
         let is_seen: Vec<bool> = self.terrain().grid().cells().map(|cell| reach.covers(cell)).collect();
         let starts = start::warnings(&self.file.robots, &self.map);
         let mut warnings: Vec<Warning> =
@@ -212,7 +241,13 @@ impl Scenario {
         warnings.extend(self.clipped());
         warnings.extend(self.never_found(&is_seen));
         warnings.extend(drawn.iter().filter_map(about_area));
-        warnings.extend(left_out);
+        warnings.extend(self.overlap());
+        warnings.extend(
+            mended
+                .split_first()
+                .map(|(first, others)| Warning::Mended { first: first.clone(), others: others.len() }),
+        );
+        warnings.extend(left_out.into_iter().map(|name| Warning::LeftOut { name }));
         warnings
     }
 
@@ -227,6 +262,11 @@ impl Scenario {
         };
         let (more, less) = (by_prior.max(by_objects), by_prior.min(by_objects));
         (more > 2.0 * less && more - less > 1.0).then_some(Warning::Contradiction { by_prior, by_objects })
+    }
+
+    fn overlap(&self) -> Option<Warning> {
+        let (first, others) = self.map.overlaps.split_first()?;
+        Some(Warning::Overlap { areas: first.clone(), others: others.len() })
     }
 
     fn stops_at_once(&self, is_seen: &[bool]) -> Option<Warning> {

@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn closed_tracks_and_routes_are_areas() {
-        let Areas { areas, left_out } = read(GPX).unwrap();
+        let Areas { areas, left_out, .. } = read(GPX).unwrap();
         let words: Vec<_> = areas.iter().map(|area| (area.name.as_str(), area.purpose.word())).collect();
         assert_eq!(words, [("Perimeter", "search"), ("Pond", "no_go"), ("CAR", "start")]);
         assert_eq!(left_out, ["GATE"]);

@@ -22,15 +22,20 @@ const EXPORTED: [&str; 4] = ["found", "dismissed", "track", "cleared"];
 const MAX_SPREAD_METERS: f64 = 100_000.0;
 
 /// The area of a feature; `None` if it is not one of Dragnet's. Without a kind, polygons are search areas or, with a
-/// probability, prior regions; a point with a probability is a last known position.
-pub(super) fn area(file: &Path, feature: &Feature) -> Result<Option<Area>, MapFileError> {
+/// probability, prior regions; a point with a probability is a last known position. The faults of polygons that were
+/// mended are added to `mended`.
+pub(super) fn area(
+    file: &Path,
+    feature: &Feature,
+    mended: &mut Vec<String>,
+) -> Result<Option<Area>, MapFileError> {
     check_agreement(file, feature)?;
     let Some(kind) = kind(file, feature)? else { return Ok(None) };
     check_likelihood(file, feature, kind)?;
     let purpose = match kind {
-        SEARCH => Purpose::Search(polygons(file, feature, kind)?),
-        NO_GO => no_go(file, feature)?,
-        PRIOR => Purpose::Prior { region: polygons(file, feature, kind)?, poa: poa(file, feature)? },
+        SEARCH => Purpose::Search(polygons(file, feature, kind, mended)?),
+        NO_GO => no_go(file, feature, mended)?,
+        PRIOR => Purpose::Prior { region: polygons(file, feature, kind, mended)?, poa: poa(file, feature)? },
         START => Purpose::Start(point(file, feature, kind)?),
         _ => last_known_position(file, feature)?,
     };
@@ -96,21 +101,27 @@ fn kind_unsaid(file: &Path, feature: &Feature) -> Result<Option<&'static str>, M
     }
 }
 
-fn polygons(file: &Path, feature: &Feature, kind: &str) -> Result<MultiPolygon<f64>, MapFileError> {
+fn polygons(
+    file: &Path,
+    feature: &Feature,
+    kind: &str,
+    mended: &mut Vec<String>,
+) -> Result<MultiPolygon<f64>, MapFileError> {
     if feature.shapes.polygons.is_empty() {
         return Err(wrong_shape(file, feature, kind, "a polygon"));
     }
-    rings::polygons(file, &feature.place, &feature.shapes.polygons)
+    rings::polygons(file, &feature.place, &feature.shapes.polygons, mended)
 }
 
-fn no_go(file: &Path, feature: &Feature) -> Result<Purpose, MapFileError> {
+fn no_go(file: &Path, feature: &Feature, mended: &mut Vec<String>) -> Result<Purpose, MapFileError> {
     let shapes = &feature.shapes;
     if shapes.polygons.is_empty() && shapes.lines.is_empty() {
         return Err(wrong_shape(file, feature, NO_GO, "a polygon or a line"));
     }
     let lines: Result<Vec<LineString<f64>>, _> =
         shapes.lines.iter().map(|line| rings::line(file, &feature.place, line)).collect();
-    Ok(Purpose::NoGo(rings::polygons(file, &feature.place, &shapes.polygons)?, MultiLineString(lines?)))
+    let polygons = rings::polygons(file, &feature.place, &shapes.polygons, mended)?;
+    Ok(Purpose::NoGo(polygons, MultiLineString(lines?)))
 }
 
 fn point(file: &Path, feature: &Feature, kind: &str) -> Result<GeoPoint, MapFileError> {

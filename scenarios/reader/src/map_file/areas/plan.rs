@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn inclusion_fences_are_searched_and_exclusion_fences_are_not_entered() {
-        let Areas { areas, left_out } = read(PLAN).unwrap();
+        let Areas { areas, left_out, .. } = read(PLAN).unwrap();
         assert_eq!(left_out, [""; 0]);
         let [search, no_go] = &areas[..] else { panic!("{areas:?}") };
         assert_eq!((search.name.as_str(), no_go.name.as_str()), ("fence polygon 1", "fence polygon 2"));

@@ -9,8 +9,8 @@ use geo::coordinate_position::CoordPos;
 use geo::dimensions::Dimensions;
 use geo::line_intersection::{LineIntersection, line_intersection};
 use geo::{
-    BoundingRect, Coord, Intersects, Line, LineString, MultiPolygon, Polygon, PreparedGeometry, Relate,
-    RemoveRepeatedPoints,
+    Area, BooleanOps, BoundingRect, Coord, Intersects, Line, LineString, MultiPolygon, Polygon,
+    PreparedGeometry, Relate, RemoveRepeatedPoints,
 };
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
@@ -18,14 +18,32 @@ use rstar::primitives::GeomWithData;
 use super::feature::Position;
 use crate::map_file::{GeoPoint, MapFileError};
 
-/// Valid polygons; messages number them within the feature.
+/// The greatest share of a polygon's area that mending it may change.
+const MENDED_SHARE: f64 = 1e-3;
+
+/// Valid polygons; messages number them within the feature. The faults of those that were mended are added to `mended`.
 pub(super) fn polygons(
     file: &Path,
     place: &str,
     polygons: &[Vec<Vec<Position>>],
+    mended: &mut Vec<String>,
 ) -> Result<MultiPolygon<f64>, MapFileError> {
-    let numbered = (1..).zip(polygons);
-    numbered.map(|(number, rings)| polygon(file, &format!("{place}, polygon {number}"), rings)).collect()
+    let mut valid = Vec::new();
+    for (number, rings) in (1..).zip(polygons) {
+        let place = format!("{place}, polygon {number}");
+        let drawn = polygon(file, &place, rings)?;
+        let Some(fault) = fault(&drawn) else {
+            valid.push(drawn);
+            continue;
+        };
+        let Some(parts) = parts(&drawn) else {
+            let allowed = "rings that neither cross themselves nor each other, with holes inside";
+            return Err(MapFileError::value(file, place, format!("not an area: {fault}"), allowed));
+        };
+        mended.push(format!("{place}: {fault}"));
+        valid.extend(parts);
+    }
+    Ok(MultiPolygon(valid))
 }
 
 fn polygon(file: &Path, place: &str, rings: &[Vec<Position>]) -> Result<Polygon<f64>, MapFileError> {
@@ -34,14 +52,18 @@ fn polygon(file: &Path, place: &str, rings: &[Vec<Position>]) -> Result<Polygon<
     let Some(exterior) = read.next().transpose()? else {
         return Err(MapFileError::value(file, place, "without a ring", "an outer ring, and holes in it"));
     };
-    let polygon = Polygon::new(exterior, read.collect::<Result<_, _>>()?);
-    match fault(&polygon) {
-        Some(fault) => {
-            let allowed = "rings that neither cross themselves nor each other, with holes inside";
-            Err(MapFileError::value(file, place, fault, allowed))
-        }
-        None => Ok(polygon),
-    }
+    Ok(Polygon::new(exterior, read.collect::<Result<_, _>>()?))
+}
+
+/// The valid parts of a faulty polygon, by the even-odd rule, if they have its area: digitized outlines have spikes and
+/// doubled corners, which mean nothing. A figure of eight means something else than it says.
+fn parts(drawn: &Polygon<f64>) -> Option<MultiPolygon<f64>> {
+    let area_of = |ring: &LineString<f64>| Polygon::new(ring.clone(), Vec::new()).unsigned_area();
+    let holes: f64 = drawn.interiors().iter().map(area_of).sum();
+    let area = area_of(drawn.exterior()) - holes;
+    let parts = drawn.union(&MultiPolygon(Vec::new()));
+    let is_mended = (parts.unsigned_area() - area).abs() <= MENDED_SHARE * area;
+    (area > 0.0 && is_mended && parts.iter().all(|part| fault(part).is_none())).then_some(parts)
 }
 
 /// What is wrong with a polygon, if anything.
@@ -49,13 +71,10 @@ fn fault(polygon: &Polygon<f64>) -> Option<String> {
     let holes = polygon.interiors();
     for (number, ring) in std::iter::once(polygon.exterior()).chain(holes).enumerate() {
         if ring.remove_repeated_points().0.len() < 4 {
-            return Some(format!("not an area: ring {} has fewer than 3 corners", number + 1));
+            return Some(format!("ring {} has fewer than 3 corners", number + 1));
         }
         if let Some(Coord { x, y }) = crossing(ring) {
-            return Some(format!(
-                "not an area: ring {} crosses or touches itself at [{x:.6}, {y:.6}]",
-                number + 1
-            ));
+            return Some(format!("ring {} crosses or touches itself at [{x:.6}, {y:.6}]", number + 1));
         }
     }
     let alone = |ring: &LineString<f64>| Polygon::new(ring.clone(), Vec::new());
@@ -67,16 +86,12 @@ fn fault(polygon: &Polygon<f64>) -> Option<String> {
         let relation = outer.relate(hole);
         let border = relation.get(CoordPos::OnBoundary, CoordPos::OnBoundary);
         if !relation.is_contains() || border == Dimensions::OneDimensional {
-            return Some(format!("not an area: its hole, ring {}, is not inside", number + 2));
+            return Some(format!("its hole, ring {}, is not inside", number + 2));
         }
         for other in number + 1..holes.len() {
             let is_near = bounds[number].zip(bounds[other]).is_some_and(|(a, b)| a.intersects(&b));
             if is_near && do_overlap(hole, &holes[other]) {
-                return Some(format!(
-                    "not an area: its holes, rings {} and {}, overlap",
-                    number + 2,
-                    other + 2
-                ));
+                return Some(format!("its holes, rings {} and {}, overlap", number + 2, other + 2));
             }
         }
     }

@@ -2,6 +2,7 @@ use std::path::Path;
 
 use dragnet_search::cell::Position;
 use dragnet_search::terrain::Terrain;
+use geo::Area as _;
 use proptest::prelude::*;
 
 use super::*;
@@ -83,6 +84,51 @@ fn areas_that_are_written_are_read_back() {
     assert_eq!(again.areas, read.areas);
     let fence = geojson(&collection(&[(r#""kind":"no_go","name":"fence""#, LINE)])).unwrap();
     assert_eq!(geojson(&fence.to_geojson()).unwrap(), fence);
+}
+
+/// As outlines of cities and parks are published.
+#[test]
+fn faults_that_change_nothing_are_mended_and_told() {
+    let square = |more: &str| format!("[[0,0],[0.01,0],[0.01,0.01]{more},[0,0.01],[0,0]]");
+    let hole = "[[0,0],[0.004,0],[0.004,0.004],[0,0]]";
+    for (rings, fault, share) in [
+        // A spike, a corner that is drawn twice, and a loop of a meter.
+        (square(",[0.02,0.02],[0.01,0.01]"), "ring 1 crosses or touches itself", 1.0),
+        (square(",[0.005,0.01],[0.006,0.01],[0.005,0.01]"), "ring 1 crosses or touches itself", 1.0),
+        (square(",[0.005,0.01],[0.00501,0.01001],[0.00501,0.01],[0.005,0.01001]"), "crosses or touches", 1.0),
+        // Two triangles that meet in a corner, a hole without ground, and one that is a bay.
+        (
+            "[[0,0],[0.01,0],[0.01,0.01],[0.005,0],[0,0.01],[0,0]]".to_owned(),
+            "touches itself at [0.005000, 0.000000]",
+            0.5,
+        ),
+        (
+            format!("{},[[0.001,0.002],[0.003,0.002],[0.003,0.002],[0.001,0.002]]", square("")),
+            "ring 2 has",
+            1.0,
+        ),
+        (format!("{},{hole}", square("")), "ring 2, is not inside", 0.92),
+    ] {
+        let geometry = format!(r#"{{"type":"Polygon","coordinates":[{rings}]}}"#);
+        let read = geojson(&collection(&[(r#""name":"Park""#, &geometry)])).unwrap();
+        let [mended] = &read.mended[..] else { panic!("{rings}: {:?}", read.mended) };
+        assert_mentions(mended, &format!("feature 1 .. \"Park\", polygon 1: .. {fault}"));
+        let area = MultiPolygon::new(read.areas[0].purpose.polygons().to_vec()).unsigned_area();
+        assert!((area - share * 1e-4).abs() < 1e-7, "{rings}: {area}");
+        let again = geojson(&read.to_geojson()).unwrap();
+        assert_eq!((&again.areas, again.mended.len()), (&read.areas, 0), "{rings}");
+    }
+    // Two lobes that cancel each other out, and a polygon that is drawn twice.
+    for rings in [
+        "[[0,0],[0.01,0.01],[0.01,0],[0,0.01],[0,0]]",
+        "[[0,0],[0.01,0],[0,0.01],[0,0],[0.01,0],[0,0.01],[0,0]]",
+    ] {
+        let geometry = format!(r#"{{"type":"Polygon","coordinates":[{rings}]}}"#);
+        assert_mentions(
+            &geojson(&collection(&[("", &geometry)])).unwrap_err(),
+            "not an area: ring 1 crosses",
+        );
+    }
 }
 
 #[test]
