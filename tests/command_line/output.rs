@@ -102,6 +102,23 @@ fn a_check_warns_of_likely_mistakes() {
 }
 
 #[test]
+fn a_check_warns_of_settings_by_which_nobody_is_met() {
+    let place = Place::new();
+    let settings = |zenoh: &str| {
+        place.write(
+            "robot.toml",
+            &format!("robot = 1\n[common]\nmission = 'small'\nscenario = 'small.toml'\n{zenoh}\n"),
+        );
+        place.succeed(&["check", "robot.toml"])
+    };
+    let text = settings("");
+    assert!(text.contains("robot.toml: warning: it listens nowhere, connects to nobody"), "{text}");
+    assert!(text.contains("listen = [\"tcp/ADDRESS:PORT\"]"), "{text}");
+    let text = settings("zenoh.connect = ['tcp/192.168.1.7:7447']");
+    assert!(!text.contains("warning"), "{text}");
+}
+
+#[test]
 fn a_check_goes_on_after_an_error() {
     let place = Place::new();
     let output = place.dragnet(&["check", "missing.toml", "small.toml"]);
