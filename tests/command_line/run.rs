@@ -88,7 +88,7 @@ fn cells_out_of_reach_are_shown_and_do_not_prolong_the_search() {
         "~ out of reach",
         "out of reach: no robot can see them",
         "[2, 5]",
-        "rests: nothing is left for it to search",
+        "rests: too little is left for it to find",
     ] {
         assert!(text.contains(said), "{said:?} is missing\n{text}");
     }
