@@ -158,7 +158,7 @@ fn a_bad_polygon_is_reported_with_its_corner() {
     let twice = "[[[0,0],[1,0],[1,1],[0,0]]]";
     let multi = format!(r#"{{"type":"MultiPolygon","coordinates":[{twice},{twice}]}}"#);
     check(&multi, "polygon 2 .. \"geometry 1\" .. polygon 1 .. allowed");
-    check(&polygon("[[[0,0],[90,0],[90,80],[0,80],[0,0]]]"), "7685 km .. [90, 0] .. at most 100 km");
+    check(&polygon("[[[0,0],[90,0],[90,80],[0,80],[0,0]]]"), "10019 km .. [90, 0] .. at most 100 km");
     check(&polygon("[[[0,0],[0.6,0],[0.6,0.6],[0,0.6],[0,0]]]"), "allowed are 1 to 16777216 cells");
 }
 
