@@ -119,6 +119,21 @@ fn a_check_warns_of_settings_by_which_nobody_is_met() {
 }
 
 #[test]
+fn a_check_warns_of_an_area_that_the_assumed_budget_cannot_cover() {
+    let place = Place::new();
+    let strip = |degrees: f64| {
+        let (east, north) = (10.0 + degrees, 50.0 + degrees);
+        let ring = format!("[[10,50],[{east},50],[{east},{north}],[10,{north}],[10,50]]");
+        place.write("area.geojson", &format!(r#"{{"type":"Polygon","coordinates":[{ring}]}}"#));
+        place.succeed(&["check", "area.geojson"])
+    };
+    let text = strip(0.6);
+    assert!(text.contains("warning: the assumed budget is short for this map: the robots can look at about"));
+    let text = strip(0.02);
+    assert!(!text.contains("warning"), "{text}");
+}
+
+#[test]
 fn a_check_goes_on_after_an_error() {
     let place = Place::new();
     let output = place.dragnet(&["check", "missing.toml", "small.toml"]);

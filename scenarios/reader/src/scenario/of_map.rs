@@ -8,8 +8,8 @@ use dragnet_search::sensor::Sensor;
 use crate::map_file::{Areas, Format, MapFile, grids_of_ros_map};
 
 /// Edges of cells to choose from, meters, longest first.
-const CELL_METERS: [f64; 14] =
-    [1000.0, 500.0, 300.0, 200.0, 100.0, 50.0, 30.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0, 0.5];
+const CELL_METERS: [f64; 15] =
+    [2000.0, 1000.0, 500.0, 300.0, 200.0, 100.0, 50.0, 30.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0, 0.5];
 /// The shortest edge for areas on the earth: satellites place robots no better.
 const SHORTEST_ON_EARTH_METERS: f64 = 1.0;
 /// The longer side of the map, cells: the shortest edge is taken that gives no more.
@@ -141,6 +141,16 @@ mod tests {
         let scenario = Scenario::load(&map).unwrap();
         assert_eq!(scenario.name(), "The_moor__west_");
         assert!((scenario.terrain().cell_meters() - USUAL_CELL_METERS).abs() < f64::EPSILON);
+    }
+
+    /// Areas reach up to 100 km.
+    #[test]
+    fn the_largest_area_has_no_longer_side_than_others() {
+        let strip =
+            r#"{"type":"Polygon","coordinates":[[[10,50],[11.25,50],[11.25,50.1],[10,50.1],[10,50]]]}"#;
+        let (cell_meters, side) =
+            cells_of_areas(&Areas::from_geojson(Path::new("a.geojson"), strip).unwrap()).unwrap();
+        assert!((cell_meters - 2000.0).abs() < f64::EPSILON && (40..=LONGEST_SIDE).contains(&side), "{side}");
     }
 
     #[test]
