@@ -115,8 +115,9 @@ fn closed(file: &Path, place: &str, ring: &[Position]) -> Result<LineString<f64>
         return Ok(LineString(ring));
     }
     let open = if ring.first() == ring.last() { "" } else { ", and it is not closed" };
-    let found = format!("{} positions{open}", ring.len());
-    Err(MapFileError::value(file, place, found, "at least 4, the last one equal to the first"))
+    let found = format!("a ring of {} positions{open}", ring.len());
+    let allowed = "a ring of at least 4 positions, the last one equal to the first";
+    Err(MapFileError::value(file, place, found, allowed))
 }
 
 /// A line of at least two corners.

@@ -107,7 +107,7 @@ fn without_a_kind_a_polygon_is_searched_and_one_with_a_poa_is_a_prior() {
         ("feature 8", "prior", Some(0.01)),
     ];
     assert_eq!(given, expected);
-    assert_eq!(read.left_out, ["track", "Folder", "an export of ours", "Dismissed 1"]);
+    assert_eq!(read.left_out, ["track", "Folder", "2 results of an earlier search"]);
 }
 
 #[test]
