@@ -152,7 +152,8 @@ pub struct Heartbeat {
 pub enum Activity {
     /// It follows a plan.
     Searching,
-    /// The search is over.
+    /// The search is over: the expected number of remaining objects is at most the mission's limit, or the policy finds no
+    /// path worth driving.
     Cleared,
     /// Its budget of path length or time is spent.
     Spent,
@@ -174,8 +175,8 @@ impl Activity {
     pub const fn reason(self) -> &'static str {
         match self {
             Self::Searching => "it has not decided yet",
-            Self::Cleared => "nothing is left for it to search",
-            Self::Spent => "its budget is spent",
+            Self::Cleared => "too little is left for it to find",
+            Self::Spent => "its budget leaves no further step",
             Self::Stuck => "no cell can be reached",
             Self::Paused => "the search is paused",
             Self::Waiting => "its teammates plan to observe all that is left",

@@ -126,6 +126,10 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         endpoints.listen = vec![ANY_PORT.to_owned()];
     }
     ports.into_iter().for_each(&mut *tell);
+    if session::is_alone(&config.common.zenoh.clone().named_in(file)).unwrap_or(false) {
+        let [found, advice] = session::ALONE;
+        tell(Finding::warn("network", found, advice));
+    }
     let member = team::Member { mission, robot, scenario: &scenario, runs_here, resumed, real_time_factor };
     let networks = async {
         team::examine(&endpoints, &member, listen, tell).await;

@@ -225,15 +225,15 @@ mod tests {
         assert_eq!(end(first, Activity::Searching), None);
         assert_eq!(end(second, Activity::Cleared), None);
         let line = end(first, Activity::Spent).unwrap();
-        assert!(
-            line.starts_with("done: all robots that are here (2) rest, its budget is spent; nothing is left")
-        );
+        assert!(line.starts_with(
+            "done: all robots that are here (2) rest, its budget leaves no further step; too little is left"
+        ));
         assert_eq!(end(first, Activity::Spent), None, "once");
         assert_eq!(end(first, Activity::Searching), None);
         assert!(
             end(first, Activity::Cleared)
                 .unwrap()
-                .ends_with("nothing is left for it to search; objects declared: 0")
+                .ends_with("too little is left for it to find; objects declared: 0")
         );
     }
 
@@ -270,7 +270,7 @@ mod tests {
         // It rests once the object is found, and again once the cell is known to be empty.
         let expected = [
             ("found: an object at [0, 3]", 1),
-            ("resting: nothing is left for it to search", 2),
+            ("resting: too little is left for it to find", 2),
             ("doubts: an object at [0, 3], found before", 1),
             ("withdrawn: an object at [0, 3]", 1),
         ];

@@ -25,7 +25,7 @@ use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::lockstep::LockstepNode;
 use crate::progress::{Expected, Mover};
-use crate::session::{Endpoints, Mode, block_on, leaving, open_when_there};
+use crate::session::{self, Endpoints, Mode, block_on, leaving, open_when_there};
 use crate::stop::{self, Bond};
 use crate::team::recording::Existing;
 use crate::team::{self, Options};
@@ -335,4 +335,8 @@ fn log_start(link: &Link, endpoints: &Endpoints) {
         list(&endpoints.listen),
         list(&endpoints.connect),
     );
+    if session::is_alone(endpoints).unwrap_or(false) {
+        let [found, advice] = session::ALONE;
+        tracing::warn!("{found}; {advice}");
+    }
 }

@@ -171,8 +171,47 @@ fn refused(endpoints: &Endpoints) -> impl Fn(zenoh::Error) -> RuntimeError + use
     move |error| RuntimeError::Open { listen: listen.clone(), reason: error.to_string() }
 }
 
-/// Zenoh's settings for these endpoints.
+/// What [`is_alone`] means and what to do about it.
+pub const ALONE: [&str; 2] = [
+    "it listens nowhere, connects to nobody and does not scout: it can meet no other participant",
+    "under zenoh write listen = [\"tcp/ADDRESS:PORT\"] with an address of this computer, or connect = [\"tcp/ADDRESS:PORT\"] with that \
+     of another participant, or both",
+];
+
+/// Whether a process with these endpoints can never meet another.
+///
+/// # Errors
+/// If Zenoh rejects the settings.
+pub fn is_alone(endpoints: &Endpoints) -> Result<bool, RuntimeError> {
+    let config = merged(endpoints)?;
+    let value = |key: &str| config.get_json(key).unwrap_or_default();
+    let is_empty = |key: &str| endpoint::listed(&value(key)).is_empty();
+    let does_scout = value("scouting/multicast/enabled") != "false";
+    Ok(is_empty("listen/endpoints") && is_empty("connect/endpoints") && !does_scout)
+}
+
+/// Zenoh's settings for these endpoints, checked.
 fn settings(endpoints: &Endpoints) -> Result<Config, RuntimeError> {
+    let config = merged(endpoints)?;
+    if let Some(endpoint) = beyond_tls(&config) {
+        return Err(RuntimeError::Unsupported(format!(
+            "connect {endpoint:?}: Zenoh's TLS cannot call a number of IPv6; allowed are a number of IPv4 and a name, as \
+             `/etc/hosts` or mDNS may give it to this number"
+        )));
+    }
+    let open_to_all = exposed(&config);
+    if !open_to_all.is_empty() {
+        tracing::warn!(
+            "listening at {} without TLS, not on loopback: anyone who reaches this address can take part and impersonate \
+             anybody; `dragnet keys` makes certificates",
+            open_to_all.join(", ")
+        );
+    }
+    Ok(config)
+}
+
+/// The settings of the file that is named, with these endpoints.
+fn merged(endpoints: &Endpoints) -> Result<Config, RuntimeError> {
     let refused = refused(endpoints);
     let mut config = match &endpoints.config {
         Some(file) => read(file)?,
@@ -189,20 +228,6 @@ fn settings(endpoints: &Endpoints) -> Result<Config, RuntimeError> {
     }
     if let Some(mode) = endpoints.mode {
         config.insert_json5("mode", &format!("{:?}", mode.name())).map_err(&refused)?;
-    }
-    if let Some(endpoint) = beyond_tls(&config) {
-        return Err(RuntimeError::Unsupported(format!(
-            "connect {endpoint:?}: Zenoh's TLS cannot call a number of IPv6; allowed are a number of IPv4 and a name, as \
-             `/etc/hosts` or mDNS may give it to this number"
-        )));
-    }
-    let open_to_all = exposed(&config);
-    if !open_to_all.is_empty() {
-        tracing::warn!(
-            "listening at {} without TLS, not on loopback: anyone who reaches this address can take part and impersonate \
-             anybody; `dragnet keys` makes certificates",
-            open_to_all.join(", ")
-        );
     }
     Ok(config)
 }
@@ -397,6 +422,28 @@ mod tests {
         let key = format!("{:?}", folder.path().join("a.key").display().to_string());
         assert_eq!(value("transport/link/tls/listen_private_key"), key);
         assert_eq!(value("transport/link/tls/root_ca_certificate"), "\"/b.pem\"");
+    }
+
+    #[test]
+    fn who_neither_listens_nor_connects_nor_scouts_is_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("zenoh.json5");
+        let check = |listen: &str, connect: &str, settings: Option<&str>, expected: bool| {
+            let list = |endpoint: &str| endpoint.split_whitespace().map(str::to_owned).collect();
+            let config = settings.map(|text| {
+                std::fs::write(&file, text).unwrap();
+                file.clone()
+            });
+            let endpoints = Endpoints { listen: list(listen), connect: list(connect), mode: None, config };
+            assert_eq!(is_alone(&endpoints).unwrap(), expected, "{endpoints:?} {settings:?}");
+        };
+        let (here, quiet) = ("tcp/127.0.0.1:7447", "scouting: { multicast: { enabled: false } }");
+        check("", "", None, true);
+        check(here, "", None, false);
+        check("", here, None, false);
+        check("", "", Some(&format!("{{ {quiet} }}")), true);
+        check("", "", Some(&format!("{{ {quiet}, connect: {{ endpoints: [{here:?}] }} }}")), false);
+        check("", "", Some("{ scouting: { multicast: { enabled: true } } }"), false);
     }
 
     #[test]

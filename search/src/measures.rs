@@ -86,6 +86,12 @@ impl Score {
         }
     }
 
+    /// Number of objects in reach. Without one the shares below say nothing about a search.
+    #[must_use]
+    pub const fn object_count(self) -> u32 {
+        self.true_positives + self.false_negatives
+    }
+
     /// Share of the objects that are found; 1 if there is none.
     #[must_use]
     pub fn recall(self) -> f64 {

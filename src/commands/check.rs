@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use dragnet_files::read_text_at_most;
 use dragnet_runtime::config::{self, AgentSettings, CoordinatorSettings, SimSettings};
+use dragnet_runtime::session::{self, Endpoints};
 use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
 use dragnet_scenario::map_file::{Georeference, MapOrigin};
 use dragnet_scenario::{Class, Drawn, Robot, Scenario, Start};
@@ -62,21 +63,30 @@ fn check(path: &Path) -> Result<String, String> {
             let checked = settings.common.check(path)?;
             settings.agent_config(path, &checked.scenario)?;
             settings.vehicle(path, &checked.scenario)?;
-            Ok(format!(
-                "robot {} of {} in mission {}",
-                settings.robot,
-                checked.scenario.robots().len(),
-                checked.mission
-            ))
+            let robots = checked.scenario.robots().len();
+            let what = format!("robot {} of {robots} in mission {}", settings.robot, checked.mission);
+            Ok((what, settings.common.zenoh))
         }),
         Kind::Coordinator => config::load::<CoordinatorSettings>(path).and_then(|settings| {
             let checked = settings.common.check(path)?;
-            Ok(format!("coordinator of mission {}", checked.mission))
+            Ok((format!("coordinator of mission {}", checked.mission), settings.common.zenoh))
         }),
-        Kind::Sim => config::load::<SimSettings>(path)
-            .and_then(|settings| Ok(format!("simulator of mission {}", settings.check(path)?))),
+        Kind::Sim => config::load::<SimSettings>(path).and_then(|settings| {
+            Ok((format!("simulator of mission {}", settings.check(path)?), settings.zenoh))
+        }),
     };
-    settings.map(|what| format!("{file}: ok: {what}\n")).map_err(|error| error.to_string())
+    let (what, endpoints) = settings.map_err(|error| error.to_string())?;
+    Ok(format!("{file}: ok: {what}\n{}", alone(path, endpoints)))
+}
+
+/// A warning, if a process with these endpoints can never meet another. Settings of Zenoh that are invalid are reported
+/// by `dragnet doctor`.
+fn alone(path: &Path, endpoints: Endpoints) -> String {
+    if !session::is_alone(&endpoints.named_in(path)).unwrap_or(false) {
+        return String::new();
+    }
+    let [found, advice] = session::ALONE;
+    format!("{}: warning: {found}; {advice}\n", path.display())
 }
 
 fn describe(scenario: &Scenario) -> String {

@@ -102,6 +102,38 @@ fn a_check_warns_of_likely_mistakes() {
 }
 
 #[test]
+fn a_check_warns_of_settings_by_which_nobody_is_met() {
+    let place = Place::new();
+    let settings = |zenoh: &str| {
+        place.write(
+            "robot.toml",
+            &format!("robot = 1\n[common]\nmission = 'small'\nscenario = 'small.toml'\n{zenoh}\n"),
+        );
+        place.succeed(&["check", "robot.toml"])
+    };
+    let text = settings("");
+    assert!(text.contains("robot.toml: warning: it listens nowhere, connects to nobody"), "{text}");
+    assert!(text.contains("listen = [\"tcp/ADDRESS:PORT\"]"), "{text}");
+    let text = settings("zenoh.connect = ['tcp/192.168.1.7:7447']");
+    assert!(!text.contains("warning"), "{text}");
+}
+
+#[test]
+fn a_check_warns_of_an_area_that_the_assumed_budget_cannot_cover() {
+    let place = Place::new();
+    let strip = |degrees: f64| {
+        let (east, north) = (10.0 + degrees, 50.0 + degrees);
+        let ring = format!("[[10,50],[{east},50],[{east},{north}],[10,{north}],[10,50]]");
+        place.write("area.geojson", &format!(r#"{{"type":"Polygon","coordinates":[{ring}]}}"#));
+        place.succeed(&["check", "area.geojson"])
+    };
+    let text = strip(0.6);
+    assert!(text.contains("warning: the assumed budget is short for this map: the robots can look at about"));
+    let text = strip(0.02);
+    assert!(!text.contains("warning"), "{text}");
+}
+
+#[test]
 fn a_check_goes_on_after_an_error() {
     let place = Place::new();
     let output = place.dragnet(&["check", "missing.toml", "small.toml"]);

@@ -88,10 +88,35 @@ fn cells_out_of_reach_are_shown_and_do_not_prolong_the_search() {
         "~ out of reach",
         "out of reach: no robot can see them",
         "[2, 5]",
-        "rests: nothing is left for it to search",
+        "rests: too little is left for it to find",
     ] {
         assert!(text.contains(said), "{said:?} is missing\n{text}");
     }
+}
+
+#[test]
+fn without_an_object_in_reach_there_is_no_quality() {
+    let place = Place::new();
+    place.write(
+        "lake.txt",
+        &["........", "..~~~~~~", "..~~~~~~", "..~~~~~~", "..~~~~~~", "........"].join("\n"),
+    );
+    place.write(
+        "lake.toml",
+        "name = 'lake'\nmap.file = 'lake.txt'\nsensor.radius = 1\nobjects.cells = [[2, 5]]\n\
+         mission.budget_seconds = 100000.0\n",
+    );
+    let report = place.json(&["run", "lake.toml", "--json"]);
+    for key in ["recall", "precision", "f1", "auc_f1"] {
+        assert_eq!(report[key], Value::Null, "{key}");
+    }
+    let text = place.succeed(&["run", "lake.toml"]);
+    assert!(text.contains("quality       undefined: no object is in reach of a robot\n"), "{text}");
+    let compare = ["compare", "lake.toml", "--policies", "greedy", "--seeds", "2"];
+    let text = place.succeed(&compare);
+    assert!(text.contains("\nNo object is in reach of a robot with 2 of 2 seeds."), "{text}");
+    let report = place.json(&[&compare[..], &["--json"]].concat());
+    assert_eq!(report["rows"][0]["seeds_without_object"], 2);
 }
 
 #[test]

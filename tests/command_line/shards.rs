@@ -201,7 +201,7 @@ fn an_incomplete_part_is_rejected() {
     place.refuse(&second, &[part, "cut off"]);
     for (damage, said) in [
         (("/format", json!("other")), "no part of a comparison"),
-        (("/format_version", json!(2)), "format version 2; this program reads version 3"),
+        (("/format_version", json!(2)), "format version 2; this program reads version 4"),
         (("/trials/0/seed", json!(77)), "not those of shard 1/3"),
         (("/trials/0/curve", json!([0.0])), "not those of shard 1/3"),
         (("/trials/0", json!({})), "a damaged part"),

@@ -83,6 +83,22 @@ fn robot_settings(folder: &Path, robot: u16, listen: &str, connect: &str) -> std
 }
 
 #[test]
+fn a_robot_that_can_meet_nobody_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("field.toml"), alone()).unwrap();
+    let file = folder.path().join("robot.toml");
+    std::fs::write(&file, "robot = 1\n[common]\nmission = \"field\"\nscenario = \"field.toml\"\n").unwrap();
+    let (said, _) = examine(&file, 1);
+    check(
+        &said,
+        &[
+            "WARN  network: it listens nowhere, connects to nobody",
+            "      under zenoh write listen = [\"tcp/",
+        ],
+    );
+}
+
+#[test]
 fn a_port_that_is_taken_and_an_address_of_another_computer_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = free_endpoints(1).unwrap().remove(0);

@@ -43,7 +43,7 @@ fn logs_contain_decisions_finds_declarations_and_reasons_to_rest() {
         let reported = |words: &str| reported(&log, &format!("robot {number} {words}: "));
         let decided = reported("decided");
         assert!(decided.len() > 2 && decided[0].contains(" to ["), "{log}");
-        assert_eq!(reported("resting").last(), Some(&"nothing is left for it to search"), "{log}");
+        assert_eq!(reported("resting").last(), Some(&"too little is left for it to find"), "{log}");
         let learned = format!("learned from robot {}", 3 - number);
         let found: Vec<&str> = [reported("found"), reported(&learned)]
             .concat()

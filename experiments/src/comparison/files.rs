@@ -84,6 +84,7 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
         "expected_remaining_mean",
         "expected_remaining_sem",
         "seeds_with_remaining",
+        "seeds_without_object",
         "tail_s_mean",
         "tail_s_sem",
         "decision_ms_p50",
@@ -98,7 +99,8 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
                 (full.mean, full.sem, full.reached, full.restricted_mean, full.restricted_sem),
                 row.cells_to_recall.iter().map(|it| it.restricted_mean).collect::<Vec<_>>(),
                 (row.remaining.mean, row.remaining.sem),
-                (row.expected_remaining.mean, row.expected_remaining.sem, row.seeds_with_remaining),
+                (row.expected_remaining.mean, row.expected_remaining.sem),
+                (row.seeds_with_remaining, row.seeds_without_object),
                 (row.tail_s.mean, row.tail_s.sem),
                 (row.decision_ms.p50, row.decision_ms.p99),
             ))

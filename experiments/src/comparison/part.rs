@@ -13,7 +13,7 @@ use crate::{ExperimentError, output};
 
 const FORMAT: &str = "dragnet comparison part";
 /// The version of the format; no other is read.
-const FORMAT_VERSION: u32 = 3;
+const FORMAT_VERSION: u32 = 4;
 
 /// The trials of one shard.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]

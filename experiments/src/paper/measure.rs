@@ -125,6 +125,7 @@ mod tests {
             cells_to_recall: [None; 3],
             f1: 0.0,
             recall: 0.0,
+            objects_in_reach: 1,
             farthest_cells: 2.0,
             remaining: 0,
             expected_remaining: 0.0,

@@ -153,6 +153,11 @@ pub(crate) fn grids_of_ros_map(file: &Path) -> Result<impl Fn(f64) -> Option<Gri
     Ok(move |cell_meters| extent.grid(file, cell_meters).ok())
 }
 
+/// The same of areas; `None` without a search area, or if they are too far apart.
+pub(crate) fn grids_of_areas(areas: &Areas) -> Option<impl Fn(f64) -> Option<Grid>> {
+    outline::grids(areas)
+}
+
 /// The format of a map file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Format {

@@ -37,6 +37,9 @@ pub struct Row {
     pub expected_remaining: Estimate,
     /// Episodes that ended with an object not found.
     pub seeds_with_remaining: usize,
+    /// Episodes without an object in reach: they say nothing about a policy, and count in all means, as if every object had
+    /// been found at once. All policies have the same.
+    pub seeds_without_object: usize,
     /// From the last find to the end of an episode, seconds of mission time.
     pub tail_s: Estimate,
     /// Computing time of a decision.
@@ -127,6 +130,7 @@ impl Row {
             remaining: Estimate::of(trials.iter().map(|trial| f64::from(trial.remaining))),
             expected_remaining: Estimate::of(trials.iter().map(|trial| trial.expected_remaining)),
             seeds_with_remaining: trials.iter().filter(|trial| trial.remaining > 0).count(),
+            seeds_without_object: trials.iter().filter(|trial| trial.objects_in_reach == 0).count(),
             tail_s: Estimate::of(trials.iter().map(|trial| trial.tail_seconds)),
             decision_ms: DecisionTimes::of(decisions),
             curve: MeanCurve::of(setting.lengths(), &trials),

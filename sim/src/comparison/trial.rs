@@ -28,6 +28,8 @@ pub struct Trial {
     pub f1: f64,
     /// Recall at the end.
     pub recall: f64,
+    /// Objects in reach; without one the episode says nothing about its policy.
+    pub objects_in_reach: u32,
     /// Path length of the farthest robot at the end, cells.
     pub farthest_cells: f64,
     /// Objects in reach that were not found at the end.
@@ -56,6 +58,7 @@ impl Trial {
             cells_to_recall: PARTIAL_RECALLS.map(|share| outcome.recall.first_at_least(share)),
             f1: score.f1(),
             recall: score.recall(),
+            objects_in_reach: score.object_count(),
             farthest_cells: path_cells.into_iter().fold(0.0, f64::max),
             remaining: score.false_negatives,
             expected_remaining,
@@ -109,6 +112,7 @@ mod tests {
             cells_to_recall: [Some(0.1), Some(1.0 / 3.0), None],
             f1: 1.0 - f64::EPSILON,
             recall: 0.0,
+            objects_in_reach: 7,
             farthest_cells: 1e9 / 7.0,
             remaining: 3,
             expected_remaining: 0.1 / 3.0,

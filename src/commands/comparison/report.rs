@@ -73,6 +73,14 @@ impl Report<'_> {
             lengths(rows).draw(1),
             measures(rows).draw(1),
         );
+        if row.seeds_without_object > 0 {
+            let (void, seeds) = (row.seeds_without_object, row.seeds);
+            let _ = writeln!(
+                text,
+                "\nNo object is in reach of a robot with {void} of {seeds} seeds. They say nothing about a policy, and\n\
+                 count in the means of all policies as if every object had been found at once."
+            );
+        }
         let differences: Vec<&Difference> =
             self.differences.iter().filter(|difference| difference.scenario == row.scenario).collect();
         if !differences.is_empty() {

@@ -41,11 +41,12 @@ pub(super) struct Report {
     confirmed: usize,
     /// Finds that the operator has dismissed and that are not declared any more.
     dismissed: usize,
-    recall: f64,
-    precision: f64,
-    f1: f64,
+    /// This and the next three are undefined without an object in reach.
+    recall: Option<f64>,
+    precision: Option<f64>,
+    f1: Option<f64>,
     /// Mean of F1 over path lengths up to the budget.
-    auc_f1: f64,
+    auc_f1: Option<f64>,
     /// Path length of each robot, by number.
     path_cells: Vec<f64>,
     /// Robots that are back at their bases, if they are to return there.
@@ -127,6 +128,7 @@ impl Report {
         let (seconds, robots) = (outcome.ended.as_seconds(), scenario.robots().len());
         let is_simulated = outcome.network.sent > 0;
         let FindCounts { confirmed, dismissed, .. } = find_counts(scenario, &ended.episode);
+        let if_defined = |share: f64| (score.object_count() > 0).then_some(share);
         Self {
             scenario: scenario.name().to_owned(),
             seed: ended.seed,
@@ -139,10 +141,10 @@ impl Report {
             declared: declared(scenario, &ended.episode),
             confirmed,
             dismissed,
-            recall: score.recall(),
-            precision: score.precision(),
-            f1: score.f1(),
-            auc_f1: outcome.f1.mean_until(scenario.budget_cells()),
+            recall: if_defined(score.recall()),
+            precision: if_defined(score.precision()),
+            f1: if_defined(score.f1()),
+            auc_f1: if_defined(outcome.f1.mean_until(scenario.budget_cells())),
             path_cells: path_cells.clone(),
             robots_at_base: scenario
                 .mission()
@@ -188,8 +190,7 @@ impl Report {
     }
 
     fn measures(&self, scenario: &Scenario) -> String {
-        let Self { recall, precision, f1, auc_f1, mission_time_s, tail_s, .. } = self;
-        let budget_cells = scenario.budget_cells();
+        let Self { mission_time_s, tail_s, .. } = self;
         let merged = self.observations_merged.map_or_else(String::new, |merged| format!(", {merged} merged"));
         let beliefs = if self.beliefs_equal { "the same" } else { "NOT the same" };
         let recording = self.recording.as_ref().map_or_else(String::new, |recording| {
@@ -215,8 +216,7 @@ impl Report {
             "{finds}searched      {mission_time_s:.1} s, {tail}; {}\n\
              left          {}\n\
              {}\
-             quality       recall {recall:.3}, precision {precision:.3}, F1 {f1:.3}; \
-             mean of F1 over {budget_cells:.0} cells {auc_f1:.3}\n\
+             quality       {}\n\
              decisions     {}\n\
              observations  {} sent{merged}\n\
              messages      {}\n\
@@ -225,6 +225,7 @@ impl Report {
             self.distance(),
             self.left(scenario),
             self.subject(),
+            self.quality(scenario),
             self.decisions(),
             self.observations_sent,
             self.messages(),
@@ -250,6 +251,19 @@ impl Report {
         format!(
             "subject       found with probability {pos:.4} (POS), else in the area with {remaining:.4}, outside of it \
              with {rest_of_world:.4}\n"
+        )
+    }
+
+    /// What was found of what could be.
+    fn quality(&self, scenario: &Scenario) -> String {
+        let (Some(recall), Some(precision), Some(f1), Some(auc_f1)) =
+            (self.recall, self.precision, self.f1, self.auc_f1)
+        else {
+            return "undefined: no object is in reach of a robot".to_owned();
+        };
+        let budget_cells = scenario.budget_cells();
+        format!(
+            "recall {recall:.3}, precision {precision:.3}, F1 {f1:.3}; mean of F1 over {budget_cells:.0} cells {auc_f1:.3}"
         )
     }
 

@@ -40,7 +40,8 @@ const MAX_FEATURES: usize = 10_000;
 pub struct Areas {
     /// In the order of the file.
     pub areas: Vec<Area>,
-    /// Ignored features, by name or position in the file, and ignored shapes of areas, such as `1 point of A`.
+    /// Ignored features, by name or position in the file, and ignored shapes of areas, such as `1 point of A`; what an
+    /// export has added to its areas counts together.
     pub left_out: Vec<String>,
     /// Polygons with a fault that changed less than a thousandth of their area, and are read without it: place and fault.
     pub mended: Vec<String>,
@@ -170,7 +171,7 @@ impl Areas {
         let shapes = || features.iter().map(|feature| &feature.shapes);
         check_number(file, "corners", shapes().map(feature::Shapes::corner_count).sum(), MAX_CORNERS)?;
         check_number(file, "rings", shapes().map(feature::Shapes::ring_count).sum(), MAX_RINGS)?;
-        let (mut read, mut invalid) = (Self::default(), Vec::new());
+        let (mut read, mut invalid, mut results) = (Self::default(), Vec::new(), 0);
         for feature in features {
             match kind::area(file, &feature, &mut read.mended) {
                 Err(error) => invalid.push(error),
@@ -179,8 +180,13 @@ impl Areas {
                     read.left_out.extend(beside.map(|shapes| format!("{shapes} of {}", area.name)));
                     read.areas.push(area);
                 }
+                Ok(None) if kind::is_result(&feature) => results += 1,
                 Ok(None) => read.left_out.push(feature.name.unwrap_or(feature.place)),
             }
+        }
+        if results > 0 {
+            let plural = if results == 1 { "" } else { "s" };
+            read.left_out.push(format!("{results} result{plural} of an earlier search"));
         }
         Ok((read, invalid))
     }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use dragnet_search::terrain::Terrain;
-use geo::Coord;
+use geo::{Coord, Distance, Geodesic, Point};
 
 /// Semi-major axis of WGS84, meters.
 const SEMI_MAJOR_METERS: f64 = 6_378_137.0;
@@ -148,8 +148,15 @@ impl Georeference {
     /// A point's distance in words, if it is too far for this frame.
     pub(crate) fn check_near(&self, point: GeoPoint) -> Result<(), String> {
         let (east, north) = self.meters(point);
-        let meters = east.hypot(north);
-        if meters <= NEAR_METERS { Ok(()) } else { Err(format!("{:.0} km away", meters / 1000.0)) }
+        if east.hypot(north) <= NEAR_METERS {
+            return Ok(());
+        }
+        // The frame's own lengths are wrong far from its corner, and go around the earth the long way.
+        let of = |place: GeoPoint| Point::new(place.longitude_degrees, place.latitude_degrees);
+        let kilometers = Geodesic.distance(of(self.south_west), of(point)) / 1000.0;
+        let is_across = (point.longitude_degrees - self.south_west.longitude_degrees).abs() > 180.0;
+        let across = if is_across { " across the 180th meridian, which no map may cross," } else { "" };
+        Err(format!("{kilometers:.0} km away{across}"))
     }
 
     /// The point at meters east and north of the south-western corner.
@@ -170,8 +177,6 @@ fn turn((x, y): (f64, f64), radians: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use geo::{Distance, Geodesic};
-
     use super::*;
 
     fn at(longitude_degrees: f64, latitude_degrees: f64) -> GeoPoint {
@@ -222,6 +227,12 @@ mod tests {
         assert_eq!(frame.check_near(at(-1.0, 49.16)), Ok(()));
         assert_eq!(frame.check_near(at(-2.25, 51.16)), Err("222 km away".to_owned()));
         assert!(frame.check_near(at(f64::NAN, 0.0)).is_err());
+        let (fiji, meridian) = (Georeference::new(at(-179.9, -17.0), -17.0), "across the 180th meridian");
+        let across = fiji.check_near(at(179.8, -17.0)).unwrap_err();
+        assert!(across.starts_with("32 km away") && across.contains(meridian), "{across}");
+        // Nothing is farther than half the way around the earth.
+        let half = Georeference::new(at(0.0, 0.0), 0.0).check_near(at(180.0, 0.0)).unwrap_err();
+        assert_eq!(half, "20004 km away");
     }
 
     #[test]

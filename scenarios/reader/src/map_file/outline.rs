@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use dragnet_search::cell::Grid;
+use dragnet_search::cell::{Grid, GridSizeError};
 use dragnet_search::terrain::{Ground, Terrain};
 use geo::coordinate_position::CoordPos;
 use geo::dimensions::Dimensions;
@@ -31,9 +31,8 @@ const ROUNDED_SHARE: f64 = 1e-3;
 pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile, MapFileError> {
     let searched = Searched::of(&areas);
     let frame = searched.frame(file)?;
-    let (east, north) = searched.extent_cells(&frame, cell_meters);
     let invalid = |source| MapFileError::Terrain { file: file.to_owned(), source };
-    let grid = Grid::new(whole_cells(north), whole_cells(east)).map_err(|error| invalid(error.into()))?;
+    let grid = searched.grid(&frame, cell_meters).map_err(|error| invalid(error.into()))?;
     let is_entered = entered(file, &areas, &frame, grid, cell_meters)?;
     let shared = searched.overlapping_pairs();
     let region = searched.region(&shared);
@@ -49,6 +48,13 @@ pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile
         .collect();
     let terrain = Terrain::new(grid, cell_meters, ground).map_err(invalid)?;
     Ok(MapFile { terrain, georeference: Some(frame), origin: MapOrigin::default(), areas, overlaps })
+}
+
+/// The grids of areas, by the cells' edge, meters; `None` for edges that they cannot have.
+pub(super) fn grids(areas: &Areas) -> Option<impl Fn(f64) -> Option<Grid>> {
+    let searched = Searched::of(areas);
+    let frame = searched.frame(Path::new("")).ok()?;
+    Some(move |cell_meters| searched.grid(&frame, cell_meters).ok())
 }
 
 /// The polygons of search areas, each with its place: the name of its area, and its number in it.
@@ -123,11 +129,11 @@ impl<'a> Searched<'a> {
         Ok(frame)
     }
 
-    /// Cells to the east and to the north that all polygons fit in.
-    fn extent_cells(&self, frame: &Georeference, cell_meters: f64) -> (f64, f64) {
+    /// The smallest grid in which all polygons fit.
+    fn grid(&self, frame: &Georeference, cell_meters: f64) -> Result<Grid, GridSizeError> {
         let meters = self.corners().map(|corner| frame.meters(corner));
-        let most = meters.fold((0.0_f64, 0.0_f64), |most, at| (most.0.max(at.0), most.1.max(at.1)));
-        (most.0 / cell_meters, most.1 / cell_meters)
+        let (east, north) = meters.fold((0.0_f64, 0.0_f64), |most, at| (most.0.max(at.0), most.1.max(at.1)));
+        Grid::new(whole_cells(north / cell_meters), whole_cells(east / cell_meters))
     }
 }
 

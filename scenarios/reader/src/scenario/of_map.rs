@@ -6,11 +6,11 @@ use dragnet_search::cell::Grid;
 use dragnet_search::sensor::Sensor;
 
 use crate::map_file::areas::Rest;
-use crate::map_file::{Areas, Format, MapFile, grids_of_ros_map};
+use crate::map_file::{Areas, Format, MapFile, grids_of_areas, grids_of_ros_map};
 
 /// Edges of cells to choose from, meters, longest first.
-const CELL_METERS: [f64; 14] =
-    [1000.0, 500.0, 300.0, 200.0, 100.0, 50.0, 30.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0, 0.5];
+const CELL_METERS: [f64; 15] =
+    [2000.0, 1000.0, 500.0, 300.0, 200.0, 100.0, 50.0, 30.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.0, 0.5];
 /// The shortest edge for areas on the earth: satellites place robots no better.
 const SHORTEST_ON_EARTH_METERS: f64 = 1.0;
 /// The longer side of the map, cells: the shortest edge is taken that gives no more.
@@ -92,10 +92,10 @@ fn cells(map: &Path) -> (f64, u32) {
 
 /// The same for areas; `None` if they make no map.
 pub(super) fn cells_of_areas(areas: &Areas) -> Option<(f64, u32)> {
+    let grid = grids_of_areas(areas)?;
     shortest(|cell_meters| {
         let is_allowed = cell_meters >= SHORTEST_ON_EARTH_METERS;
-        let map = || MapFile::of_areas(Path::new(""), areas.clone(), cell_meters).ok();
-        is_allowed.then(map)?.map(|map| side(map.terrain.grid()))
+        is_allowed.then(|| grid(cell_meters))?.map(side)
     })
 }
 
@@ -107,8 +107,7 @@ fn side(grid: Grid) -> u32 {
 /// The shortest edge that gives a longer side of no more than [`LONGEST_SIDE`] cells, and that side.
 fn shortest(side: impl Fn(f64) -> Option<u32>) -> Option<(f64, u32)> {
     let of = |cell_meters| Some((cell_meters, side(cell_meters)?));
-    // Of areas that are smaller than the longest edges no cell is inside.
-    let mut from_longest = CELL_METERS.into_iter().map(of).skip_while(Option::is_none).map_while(|it| it);
+    let mut from_longest = CELL_METERS.into_iter().map_while(of);
     let mut chosen = from_longest.next()?;
     for shorter in from_longest.take_while(|&(_, side)| side <= LONGEST_SIDE) {
         chosen = shorter;
@@ -183,6 +182,16 @@ mod tests {
         };
         assert_eq!(elsewhere(square), OneSubject::new(0.2));
         assert_eq!(elsewhere(west), OneSubject::new(0.0));
+    }
+
+    /// Areas reach up to 100 km.
+    #[test]
+    fn the_largest_area_has_no_longer_side_than_others() {
+        let strip =
+            r#"{"type":"Polygon","coordinates":[[[10,50],[11.25,50],[11.25,50.1],[10,50.1],[10,50]]]}"#;
+        let (cell_meters, side) =
+            cells_of_areas(&Areas::from_geojson(Path::new("a.geojson"), strip).unwrap()).unwrap();
+        assert!((cell_meters - 2000.0).abs() < f64::EPSILON && (40..=LONGEST_SIDE).contains(&side), "{side}");
     }
 
     #[test]

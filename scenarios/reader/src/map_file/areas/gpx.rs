@@ -6,7 +6,8 @@ use std::path::Path;
 use geo::{Distance, Haversine, Point};
 use roxmltree::Node;
 
-use super::feature::{Feature, Position};
+use super::feature::{Facts, Feature, Position};
+use super::kind;
 use super::kml::{is, parsed, text_of};
 use crate::map_file::MapFileError;
 
@@ -21,24 +22,33 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
         let found = format!("<{}>", root.tag_name().name());
         return Err(MapFileError::value(file, "the root element", found, "<gpx>"));
     }
+    // It has no areas: its tracks go around none, and its waypoints are finds.
+    let is_export = root.attribute("creator") == Some("dragnet");
     let mut features = Vec::new();
     for (element, word) in [("trk", "track"), ("rte", "route"), ("wpt", "waypoint")] {
         let nodes = root.children().filter(|node| is(*node, element));
         for (number, node) in (1..).zip(nodes) {
             let mut feature = Feature::at(&format!("{word} {number}"), text_of(node, "name"));
+            if is_export {
+                feature.facts.add_property(Facts::KIND, kind::TRACK);
+                features.push(feature);
+                continue;
+            }
             for name in ["desc", "cmt"] {
                 feature.facts.describe(&text_of(node, name).unwrap_or_default());
             }
             match element {
                 "trk" => {
                     for segment in node.children().filter(|node| is(*node, "trkseg")) {
-                        let ring = ring(file, &feature.place, &points(segment, "trkpt"))?;
-                        feature.shapes.polygons.push(vec![ring]);
+                        feature.shapes.polygons.extend(polygon(
+                            file,
+                            &feature.place,
+                            &points(segment, "trkpt"),
+                        )?);
                     }
                 }
                 "rte" => {
-                    let ring = ring(file, &feature.place, &points(node, "rtept"))?;
-                    feature.shapes.polygons.push(vec![ring]);
+                    feature.shapes.polygons.extend(polygon(file, &feature.place, &points(node, "rtept"))?);
                 }
                 _ => feature.shapes.points.push(position(node)),
             }
@@ -58,12 +68,14 @@ fn position(point: Node<'_, '_>) -> Position {
     vec![number("lon"), number("lat")]
 }
 
-/// The points as a closed ring.
-fn ring(file: &Path, place: &str, points: &[Position]) -> Result<Vec<Position>, MapFileError> {
+/// The points as a polygon of one closed ring; `None` of no points, as receivers that are switched on and off write them.
+fn polygon(
+    file: &Path,
+    place: &str,
+    points: &[Position],
+) -> Result<Option<Vec<Vec<Position>>>, MapFileError> {
     let at = |point: &Position| Point::new(point[0], point[1]);
-    let (Some(first), Some(last)) = (points.first(), points.last()) else {
-        return Err(MapFileError::value(file, place, "without points", "a closed one, around an area"));
-    };
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(None) };
     let gap_meters = Haversine.distance(at(first), at(last));
     if gap_meters > MAX_GAP_METERS {
         let found = format!("open: its ends are {gap_meters:.0} m apart");
@@ -71,8 +83,12 @@ fn ring(file: &Path, place: &str, points: &[Position]) -> Result<Vec<Position>, 
             format!("a closed one, around an area, whose ends are at most {MAX_GAP_METERS} m apart");
         return Err(MapFileError::value(file, place, found, allowed));
     }
-    let is_closed = first == last && points.len() > 1;
-    Ok(points.iter().chain((!is_closed).then_some(first)).cloned().collect())
+    if points.len() < 3 {
+        let allowed = "at least 3, around an area";
+        return Err(MapFileError::value(file, place, "without an area: of fewer than 3 points", allowed));
+    }
+    let is_closed = first == last;
+    Ok(Some(vec![points.iter().chain((!is_closed).then_some(first)).cloned().collect()]))
 }
 
 #[cfg(test)]
@@ -131,6 +147,20 @@ mod tests {
     }
 
     #[test]
+    fn an_empty_track_is_left_out() {
+        let text = GPX.replace("<trk><name>P", "<trk><name>A</name><trkseg/></trk><trk><name>P");
+        let Areas { areas, left_out, .. } = read(&text).unwrap();
+        assert_eq!((areas.len(), &left_out[..]), (3, &["A".to_owned(), "GATE".to_owned()][..]));
+    }
+
+    #[test]
+    fn an_export_has_results_and_no_area() {
+        let text = GPX.replace("eTrex 32x", "dragnet").replace("49.2409000", "49.2400000");
+        let Areas { areas, left_out, .. } = read(&text).unwrap();
+        assert_eq!((areas.len(), &left_out[..]), (0, &["4 results of an earlier search".to_owned()][..]));
+    }
+
+    #[test]
     fn what_is_no_area_is_rejected() {
         let check = |from: &str, to: &str, message: &str| {
             assert_mentions(&read(&GPX.replace(from, to)).unwrap_err(), message);
@@ -159,10 +189,8 @@ mod tests {
         );
         check("<gpx xmlns", "<gqx xmlns", "a.gpx: no XML");
         assert_mentions(&read("<kml/>").unwrap_err(), "root element is <kml>; allowed is <gpx>");
-        let empty = "<gpx><trk><name>A</name><trkseg/></trk></gpx>";
-        assert_mentions(&read(empty).unwrap_err(), "track 1 \"A\" is without points");
         let dot = "<gpx><rte><rtept lat='1' lon='2'/></rte></gpx>";
-        assert_mentions(&read(dot).unwrap_err(), "route 1 .. 2 positions .. at least 4");
+        assert_mentions(&read(dot).unwrap_err(), "route 1 .. fewer than 3 points .. at least 3");
         let bomb = "<!DOCTYPE gpx [<!ENTITY a SYSTEM \"file:///etc/passwd\">]><gpx/>";
         assert_mentions(&read(bomb).unwrap_err(), "DOCTYPE");
     }

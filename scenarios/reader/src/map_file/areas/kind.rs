@@ -16,7 +16,9 @@ pub(super) const LAST_KNOWN_POSITION: &str = "last_known_position";
 pub(super) const START: &str = "start";
 
 /// Kinds that an export adds to the areas of its mission, which are not inputs of a search.
-const EXPORTED: [&str; 4] = ["found", "dismissed", "track", "cleared"];
+const EXPORTED: [&str; 4] = ["found", "dismissed", TRACK, "cleared"];
+/// The kind of a robot's track in an export.
+pub(super) const TRACK: &str = "track";
 
 /// The widest spread of a last known position, meters.
 const MAX_SPREAD_METERS: f64 = 100_000.0;
@@ -69,14 +71,23 @@ fn check_likelihood(file: &Path, feature: &Feature, kind: &str) -> Result<(), Ma
 
 fn kind(file: &Path, feature: &Feature) -> Result<Option<&'static str>, MapFileError> {
     let Some(word) = feature.facts.get(Facts::KIND) else { return kind_unsaid(file, feature) };
-    let plain = word.to_lowercase().replace([' ', '-'], "_");
-    if EXPORTED.contains(&plain.as_str()) {
+    if is_result(feature) {
         return Ok(None);
     }
+    let plain = plain(word);
     Purpose::KINDS.into_iter().find(|known| *known == plain).map(Some).ok_or_else(|| {
         let shown: String = word.chars().take(40).collect();
         invalid(file, feature, Facts::KIND, format!("{shown:?}"), &Purpose::KINDS.join(", "))
     })
+}
+
+/// Whether a feature is what an export has added to the areas of its mission.
+pub(super) fn is_result(feature: &Feature) -> bool {
+    feature.facts.get(Facts::KIND).is_some_and(|word| EXPORTED.contains(&plain(word).as_str()))
+}
+
+fn plain(word: &str) -> String {
+    word.to_lowercase().replace([' ', '-'], "_")
 }
 
 /// A feature without a kind. One that seems to be meant for a search is an error rather than ignored: it may be a

@@ -21,14 +21,15 @@ use crate::map_file::{GeoPoint, MapFileError};
 /// The greatest share of a polygon's area that mending it may change.
 const MENDED_SHARE: f64 = 1e-3;
 
-/// Valid polygons; messages number them within the feature. The faults of those that were mended are added to `mended`.
+/// Valid polygons; messages number them within the feature. The faults of those that were mended, or left out since they
+/// hold no ground beside others, are added to `mended`.
 pub(super) fn polygons(
     file: &Path,
     place: &str,
     polygons: &[Vec<Vec<Position>>],
     mended: &mut Vec<String>,
 ) -> Result<MultiPolygon<f64>, MapFileError> {
-    let mut valid = Vec::new();
+    let (mut valid, mut faults) = (Vec::new(), Vec::new());
     for (number, rings) in (1..).zip(polygons) {
         let place = format!("{place}, polygon {number}");
         let drawn = polygon(file, &place, rings)?;
@@ -36,14 +37,22 @@ pub(super) fn polygons(
             valid.push(drawn);
             continue;
         };
-        let Some(parts) = parts(&drawn) else {
-            let allowed = "rings that neither cross themselves nor each other, with holes inside";
-            return Err(MapFileError::value(file, place, format!("not an area: {fault}"), allowed));
-        };
-        mended.push(format!("{place}: {fault}"));
-        valid.extend(parts);
+        match parts(&drawn) {
+            Some(parts) => valid.extend(parts),
+            None => return Err(no_area(file, &place, &fault)),
+        }
+        faults.push((place, fault));
+    }
+    match faults.first() {
+        Some((place, fault)) if valid.is_empty() => return Err(no_area(file, place, fault)),
+        _ => mended.extend(faults.into_iter().map(|(place, fault)| format!("{place}: {fault}"))),
     }
     Ok(MultiPolygon(valid))
+}
+
+fn no_area(file: &Path, place: &str, fault: &str) -> MapFileError {
+    let allowed = "rings that neither cross themselves nor each other, with holes inside";
+    MapFileError::value(file, place, format!("not an area: {fault}"), allowed)
 }
 
 fn polygon(file: &Path, place: &str, rings: &[Vec<Position>]) -> Result<Polygon<f64>, MapFileError> {
@@ -56,14 +65,15 @@ fn polygon(file: &Path, place: &str, rings: &[Vec<Position>]) -> Result<Polygon<
 }
 
 /// The valid parts of a faulty polygon, by the even-odd rule, if they have its area: digitized outlines have spikes and
-/// doubled corners, which mean nothing. A figure of eight means something else than it says.
+/// doubled corners, which mean nothing. A figure of eight means something else than it says. Without ground it has no
+/// parts.
 fn parts(drawn: &Polygon<f64>) -> Option<MultiPolygon<f64>> {
     let area_of = |ring: &LineString<f64>| Polygon::new(ring.clone(), Vec::new()).unsigned_area();
     let holes: f64 = drawn.interiors().iter().map(area_of).sum();
     let area = area_of(drawn.exterior()) - holes;
     let parts = drawn.union(&MultiPolygon(Vec::new()));
     let is_mended = (parts.unsigned_area() - area).abs() <= MENDED_SHARE * area;
-    (area > 0.0 && is_mended && parts.iter().all(|part| fault(part).is_none())).then_some(parts)
+    (area >= 0.0 && is_mended && parts.iter().all(|part| fault(part).is_none())).then_some(parts)
 }
 
 /// What is wrong with a polygon, if anything.
@@ -130,8 +140,9 @@ fn closed(file: &Path, place: &str, ring: &[Position]) -> Result<LineString<f64>
         return Ok(LineString(ring));
     }
     let open = if ring.first() == ring.last() { "" } else { ", and it is not closed" };
-    let found = format!("{} positions{open}", ring.len());
-    Err(MapFileError::value(file, place, found, "at least 4, the last one equal to the first"))
+    let found = format!("a ring of {} positions{open}", ring.len());
+    let allowed = "a ring of at least 4 positions, the last one equal to the first";
+    Err(MapFileError::value(file, place, found, allowed))
 }
 
 /// A line of at least two corners.

@@ -118,6 +118,10 @@ fn faults_that_change_nothing_are_mended_and_told() {
         let again = geojson(&read.to_geojson()).unwrap();
         assert_eq!((&again.areas, again.mended.len()), (&read.areas, 0), "{rings}");
     }
+    let line = "[[[0.1,0.1],[0.2,0.1],[0.2,0.1],[0.1,0.1]]]";
+    let beside = format!(r#"{{"type":"MultiPolygon","coordinates":[{line},[{}]]}}"#, square(""));
+    let read = geojson(&collection(&[("", &beside)])).unwrap();
+    assert_eq!((read.areas[0].purpose.polygons().len(), read.mended.len()), (1, 1));
     // Two lobes that cancel each other out, and a polygon that is drawn twice.
     for rings in [
         "[[0,0],[0.01,0.01],[0.01,0],[0,0.01],[0,0]]",
@@ -153,7 +157,7 @@ fn without_a_kind_a_polygon_is_searched_and_one_with_a_poa_is_a_prior() {
         ("feature 8", "prior", Some(0.01)),
     ];
     assert_eq!(given, expected);
-    assert_eq!(read.left_out, ["track", "Folder", "an export of ours", "Dismissed 1"]);
+    assert_eq!(read.left_out, ["track", "Folder", "2 results of an earlier search"]);
 }
 
 #[test]
