@@ -6,14 +6,15 @@ use std::sync::Arc;
 use dragnet_proto::message::{Activity, Heartbeat, Message, MissionStatus};
 use dragnet_proto::state_machine::{Effects, StateMachine};
 use dragnet_proto::verdict::{Decision, Verdicts};
+use dragnet_scenario::Places;
 use dragnet_scenario::participant::Participant;
-use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, RobotId, Source};
 
 /// Logs the actions of one participant.
 pub(crate) struct Narrator {
     me: Participant,
-    grid: Grid,
+    places: Places,
     /// Cells in which a robot has found an object, or the coordinator has declared one.
     found: BTreeSet<Cell>,
     /// The operator's verdicts that the coordinator has published.
@@ -25,10 +26,10 @@ pub(crate) struct Narrator {
 }
 
 impl Narrator {
-    pub(crate) fn new(me: Participant, grid: Grid) -> Self {
+    pub(crate) fn new(me: Participant, places: Places) -> Self {
         Self {
             me,
-            grid,
+            places,
             found: BTreeSet::new(),
             verdicts: Verdicts::default(),
             activities: BTreeMap::new(),
@@ -116,11 +117,11 @@ impl Narrator {
             return Some(format!("{what}: {}", effects.activity.reason()));
         };
         if effects.activity == Activity::Returning {
-            return Some(format!("returning to its base at {}", self.place(waypoint)));
+            return Some(format!("returning to its base at {}", self.places.cell(waypoint)));
         }
         let cells = if route.len() == 1 { "1 cell".to_owned() } else { format!("{} cells", route.len()) };
         let took = effects.decision.map(|took| format!(", in {:.1} ms", took.as_secs_f64() * 1e3));
-        Some(format!("decided: {cells} to {}{}", self.place(waypoint), took.unwrap_or_default()))
+        Some(format!("decided: {cells} to {}{}", self.places.cell(waypoint), took.unwrap_or_default()))
     }
 
     /// A robot has new observations: its own, or those of others, who find too.
@@ -140,7 +141,7 @@ impl Narrator {
         let change = |(cell, source)| match (machine.is_found(cell), self.found.contains(&cell)) {
             (true, false) => {
                 self.found.insert(cell);
-                let object = format!("an object at {}", self.place(cell));
+                let object = format!("an object at {}", self.places.on_earth(cell));
                 Some(if source == Source::Robot(robot) {
                     format!("found: {object}")
                 } else {
@@ -149,7 +150,7 @@ impl Narrator {
             }
             (false, true) => {
                 self.found.remove(&cell);
-                Some(format!("doubts: an object at {}, found before", self.place(cell)))
+                Some(format!("doubts: an object at {}, found before", self.places.on_earth(cell)))
             }
             _ => None,
         };
@@ -163,12 +164,13 @@ impl Narrator {
         let new = status.declared.iter().filter(|object| !before.contains(&object.cell)).map(|object| {
             format!(
                 "declared: an object at {}, probability {:.3}",
-                self.place(object.cell),
+                self.places.on_earth(object.cell),
                 object.probability
             )
         });
         let withdrawn = before.difference(&self.found);
-        let withdrawn = withdrawn.map(|&cell| format!("withdrawn: an object at {}", self.place(cell)));
+        let withdrawn =
+            withdrawn.map(|&cell| format!("withdrawn: an object at {}", self.places.on_earth(cell)));
         new.chain(withdrawn).collect()
     }
 
@@ -176,17 +178,15 @@ impl Narrator {
     fn judges(&mut self, verdicts: &Verdicts) -> Vec<String> {
         let new = verdicts.iter().filter(|&(cell, verdict)| !self.verdicts.includes(cell, verdict));
         let lines = new.map(|(cell, verdict)| match verdict.decision.word() {
-            Some(word) => format!("{word} by the operator: the find at {}", self.place(cell)),
-            None => format!("undone by the operator: the decision about the find at {}", self.place(cell)),
+            Some(word) => format!("{word} by the operator: the find at {}", self.places.on_earth(cell)),
+            None => format!(
+                "undone by the operator: the decision about the find at {}",
+                self.places.on_earth(cell)
+            ),
         });
         let lines = lines.collect();
         self.verdicts = verdicts.clone();
         lines
-    }
-
-    fn place(&self, cell: Cell) -> String {
-        let Position { row, column } = self.grid.position(cell);
-        format!("[{row}, {column}]")
     }
 }
 
@@ -199,6 +199,7 @@ mod tests {
     use dragnet_proto::state_machine::Event;
     use dragnet_scenario::Scenario;
     use dragnet_scenario::time::MissionTime;
+    use dragnet_search::cell::Position;
     use dragnet_search::evidence::Reading;
 
     use super::*;
@@ -207,7 +208,8 @@ mod tests {
 
     /// A robot, on four cells in a row of which the last holds an object, and its coordinator.
     fn scenario() -> Scenario {
-        let text = "name = 'lane'\nmap = { shape = 'all_traversable', rows = 1, columns = 4, cell_meters = 10.0 }\n\
+        let text = "name = 'lane'\nmap = { shape = 'all_traversable', rows = 1, columns = 4, cell_meters = 10.0, \
+                    origin = { latitude_degrees = 0.0, longitude_degrees = 2.0 } }\n\
                     objects.count = 1\nsensor.radius = 2\nrobots = { count = 1, policy = 'greedy' }\n\
                     [mission]\nbudget_seconds = 900.0\nstop_when_expected_remaining = 0.9\n";
         Scenario::from_text(Path::new("lane.toml"), text.to_owned()).unwrap()
@@ -215,8 +217,7 @@ mod tests {
 
     #[test]
     fn a_coordinator_says_once_that_all_robots_rest() {
-        let grid = scenario().terrain().grid();
-        let mut narrator = Narrator::new(Participant::Coordinator, grid);
+        let mut narrator = Narrator::new(Participant::Coordinator, scenario().places());
         let [first, second] = [1, 2].map(|robot| RobotId::new(robot).unwrap());
         let mut end = |robot, activity| {
             narrator.activities.insert(robot, activity);
@@ -251,8 +252,8 @@ mod tests {
         let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
         let mut node: CoordinatorNode =
             team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected).unwrap();
-        let mut of_robot = Narrator::new(robot, grid);
-        let mut of_coordinator = Narrator::new(Participant::Coordinator, grid);
+        let mut of_robot = Narrator::new(robot, scenario.places());
+        let mut of_coordinator = Narrator::new(Participant::Coordinator, scenario.places());
         let mut lines = Vec::new();
         let mut now = MissionTime::START;
         // It observes the object, and then an empty cell.
@@ -269,10 +270,10 @@ mod tests {
         assert!(lines[0].starts_with("decided: 1 cell to [0, "), "{lines:#?}");
         // It rests once the object is found, and again once the cell is known to be empty.
         let expected = [
-            ("found: an object at [0, 3]", 1),
+            ("found: an object at [0, 3] at latitude 0.000045, longitude 2.000314", 1),
             ("resting: too little is left for it to find", 2),
-            ("doubts: an object at [0, 3], found before", 1),
-            ("withdrawn: an object at [0, 3]", 1),
+            ("doubts: an object at [0, 3] at latitude 0.000045, longitude 2.000314, found before", 1),
+            ("withdrawn: an object at [0, 3] at latitude 0.000045, longitude 2.000314", 1),
         ];
         for (line, times) in expected {
             assert_eq!(
@@ -281,7 +282,7 @@ mod tests {
                 "{line}: {lines:#?}"
             );
         }
-        let declared = "declared: an object at [0, 3], probability ";
+        let declared = "declared: an object at [0, 3] at latitude 0.000045, longitude 2.000314, probability ";
         assert_eq!(lines.iter().filter(|reported| reported.starts_with(declared)).count(), 1, "{lines:#?}");
     }
 }

@@ -93,9 +93,17 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
                 let factor = config.common.real_time_factor;
                 let reports = Reports::of(readings, Expected::of(Mover::Simulator, &scenario, factor));
                 enter(&mut link, &config.common.zenoh).await?;
-                return wall_clock::run(&mut link, &mut agent, clock, Some(journal), reports, stop)
-                    .await
-                    .map(|_| ());
+                return wall_clock::run(
+                    &mut link,
+                    &mut agent,
+                    scenario.places(),
+                    clock,
+                    Some(journal),
+                    reports,
+                    stop,
+                )
+                .await
+                .map(|_| ());
             };
             enter(&mut link, &config.common.zenoh).await?;
             Own { vehicle, detector, scenario }
@@ -131,6 +139,7 @@ impl Own {
         stop: impl Future<Output = ()>,
     ) -> Result<(), RuntimeError> {
         let Self { vehicle, detector, scenario } = self;
+        let places = scenario.places();
         let (mut machine, agent_config) = Embodied::new(agent);
         let (sender, reports) = mpsc::channel(REPORTS);
         // A vehicle has its own time: the mission's may be set forward, which must not look like a silent camera.
@@ -153,7 +162,7 @@ impl Own {
                 ended = &mut vehicle => broken = Some(ended),
             }
         };
-        let searched = wall_clock::run(link, &mut machine, clock, Some(journal), reports, stop).await;
+        let searched = wall_clock::run(link, &mut machine, places, clock, Some(journal), reports, stop).await;
         // Its vehicle stops once the agent is gone; a network that is not there need not be waited for.
         drop(machine);
         let ended = match broken {
@@ -253,7 +262,9 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
             if let Some(server) = &shown {
                 tracing::info!("live page: {}", server.address());
             }
-            wall_clock::run(&mut link, &mut node, clock, None, commands, stop).await.map(|log| log.ended)
+            wall_clock::run(&mut link, &mut node, scenario.places(), clock, None, commands, stop)
+                .await
+                .map(|log| log.ended)
         };
         leaving(&session, watching).await
     })?;

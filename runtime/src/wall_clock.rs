@@ -11,6 +11,7 @@ use dragnet_proto::clock::{self, Adjustment};
 use dragnet_proto::message::{Audience, Message, SyncReply, SyncRequest};
 use dragnet_proto::radio::{Load, Radio};
 use dragnet_proto::state_machine::{Effects, Event, StateMachine};
+use dragnet_scenario::Places;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
@@ -71,13 +72,14 @@ impl From<mpsc::Receiver<Report>> for Reports {
 }
 
 /// Runs a state machine until `stop` is ready or the network closes. `reports` come from its vehicle: a coordinator has
-/// none. Everything to be stored is in the journal, if there is one, before anything is published.
+/// none. `places` are those of its log. Everything to be stored is in the journal, if there is one, before anything is published.
 ///
 /// # Errors
 /// If the state machine fails.
 pub async fn run(
     link: &mut Link,
     machine: &mut dyn StateMachine,
+    places: Places,
     mut clock: Clock,
     journal: Option<Journal>,
     reports: impl Into<Reports>,
@@ -92,7 +94,7 @@ pub async fn run(
         radio: link.codec().bytes_per_second().map(Radio::new),
         wake_at: MissionTime(u64::MAX),
         log: Log::default(),
-        narrator: Narrator::new(link.me(), link.grid()),
+        narrator: Narrator::new(link.me(), places),
         gone: BTreeSet::new(),
         teller: Teller::default(),
         doubles: Doubles::default(),
@@ -111,7 +113,7 @@ pub async fn run(
         driver.report_doubles(link, clock.now()).await?;
         driver.contend(link, clock.now()).await?;
         driver.tell_standstill(link);
-        let due = driver.due().map(|due| due.saturating_sub(link.age()));
+        let due = driver.due(link).map(|due| due.saturating_sub(link.age()));
         let free_at = driver.free_at();
         tokio::select! {
             () = &mut stop => return Ok(driver.finish(&clock)),
@@ -332,9 +334,11 @@ impl Driver<'_> {
     }
 
     /// When it has to look after anything but messages, reports and its state machine, by the link's age.
-    fn due(&self) -> Option<Duration> {
+    fn due(&self, link: &Link) -> Option<Duration> {
         let standstill = self.progress.due().filter(|_| !self.contender.stands());
-        [self.doubles.due(), self.contender.due(), standstill].into_iter().flatten().min()
+        // Only robots contend: a coordinator would wait for the past.
+        let rise = self.contender.due().filter(|_| matches!(link.me(), Participant::Robot(_)));
+        [self.doubles.due(), rise, standstill].into_iter().flatten().min()
     }
 
     /// Logs that nothing moves the robot.

@@ -9,7 +9,6 @@ use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
 use dragnet_scenario::map_file::{Georeference, MapOrigin};
 use dragnet_scenario::{Class, Drawn, Robot, Scenario, Start};
 
-use super::search::{center, place};
 use super::settings::Kind;
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
@@ -125,8 +124,7 @@ fn starts(scenario: &Scenario) -> Vec<String> {
             Start::Together => "in a cell drawn by the seed".to_owned(),
             Start::Scattered => "each in a cell of its own, drawn by the seed".to_owned(),
             Start::Cell(cell) => {
-                let center = center(scenario, cell).map_or_else(String::new, |center| format!(", {center}"));
-                format!("in {}{center}", place(scenario.terrain().grid(), cell))
+                format!("in {}", scenario.places().on_earth(cell))
             }
         };
         let is_of_all = robots.len() == scenario.robots().len();

@@ -15,6 +15,7 @@ use dragnet_live::view::{About, View};
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::message::{MissionStatus, VerdictReport};
 use dragnet_proto::verdict::{Verdict, Verdicts};
+use dragnet_scenario::Places;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -23,7 +24,6 @@ use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::one_subject::Standing;
 use dragnet_search::reach::Reach;
 
-use super::search::place;
 use super::{Failure, complain, live};
 use crate::terminal::map::Picture;
 use crate::terminal::{self, counted};
@@ -72,6 +72,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 /// Prints a mission from its records.
 struct Teller {
     view: View,
+    places: Places,
     tracks: Tracks,
     declared: BTreeSet<Cell>,
     alive: BTreeSet<RobotId>,
@@ -85,6 +86,7 @@ impl Teller {
     fn new(about: Arc<About>) -> Self {
         Self {
             paths: vec![Vec::new(); about.team.len()],
+            places: Places::new(&about.terrain, about.earth.as_ref().map(|earth| &earth.frame)),
             view: View::new(about),
             tracks: Tracks::default(),
             declared: BTreeSet::new(),
@@ -97,13 +99,12 @@ impl Teller {
     /// Handles a record; returns the lines to print.
     fn take(&mut self, time: MissionTime, record: &Record) -> Vec<String> {
         self.view.take(time, record);
-        let grid = self.view.terrain().grid();
         match record {
             Record::Intent(intent) if self.tracks.plans(intent) => {
                 let what = match intent.path.last() {
                     Some(&waypoint) => {
                         let path = counted(intent.path.len(), "cell");
-                        format!("goes to {}, {path}", place(grid, waypoint))
+                        format!("goes to {}, {path}", self.places.cell(waypoint))
                     }
                     None => "stays".to_owned(),
                 };
@@ -111,7 +112,7 @@ impl Teller {
             }
             Record::Observation(observation) => {
                 let Source::Robot(robot) = observation.origin.source else {
-                    return vec![format!("a person marks {}", place(grid, observation.from))];
+                    return vec![format!("a person marks {}", self.places.on_earth(observation.from))];
                 };
                 if let Some(way) = self.paths.get_mut(robot.index()) {
                     way.push(observation.from);
@@ -125,18 +126,18 @@ impl Teller {
     }
 
     fn judge(&mut self, report: &VerdictReport) -> Vec<String> {
-        let grid = self.view.terrain().grid();
         let before = std::mem::replace(&mut self.verdicts, report.verdicts.clone());
         let new = report.verdicts.iter().filter(|&(cell, verdict)| !before.includes(cell, verdict));
         let line = |(cell, verdict): (Cell, Verdict)| match verdict.decision.word() {
-            Some(word) => format!("the operator has {word} the find at {}", place(grid, cell)),
-            None => format!("the operator's decision about the find at {} is undone", place(grid, cell)),
+            Some(word) => format!("the operator has {word} the find at {}", self.places.on_earth(cell)),
+            None => {
+                format!("the operator's decision about the find at {} is undone", self.places.on_earth(cell))
+            }
         };
         new.map(line).collect()
     }
 
     fn stand(&mut self, status: &MissionStatus) -> Vec<String> {
-        let grid = self.view.terrain().grid();
         let mut lines = Vec::new();
         if std::mem::replace(&mut self.order, status.directive.order) != self.order {
             let what = match self.order {
@@ -154,12 +155,14 @@ impl Teller {
         lines.extend(new.map(|object| {
             format!(
                 "an object is declared at {}, probability {:.4}",
-                place(grid, object.cell),
+                self.places.on_earth(object.cell),
                 object.probability
             )
         }));
         let withdrawn = self.declared.difference(&declared);
-        lines.extend(withdrawn.map(|&cell| format!("the object at {} is withdrawn", place(grid, cell))));
+        lines.extend(
+            withdrawn.map(|&cell| format!("the object at {} is withdrawn", self.places.on_earth(cell))),
+        );
         self.declared = declared;
         lines
     }

@@ -14,9 +14,7 @@ use dragnet_sim::simulation::StepObserver;
 use super::Failure;
 use crate::terminal::{self, progress};
 use narrator::Narrator;
-pub(super) use narrator::place;
 use report::Report;
-pub(super) use report::center;
 
 /// The output format of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

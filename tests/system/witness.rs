@@ -68,7 +68,9 @@ pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge
     let mut witness = Witness { node, knowledge };
     let (_, no_reports) = mpsc::channel(1);
     let stop = async move { unheeded.closed().await };
-    wall_clock::run(&mut link, &mut witness, Clock::new(PACE), None, no_reports, stop).await.unwrap();
+    wall_clock::run(&mut link, &mut witness, scenario.places(), Clock::new(PACE), None, no_reports, stop)
+        .await
+        .unwrap();
 }
 
 /// A coordinator that publishes its state to the test.

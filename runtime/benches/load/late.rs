@@ -91,11 +91,14 @@ fn snake(scenario: &Scenario) -> Vec<Cell> {
 
 async fn take_part(mut probe: Probe, endpoints: Endpoints, journal: Journal, report: Report) {
     let session = open(&endpoints).await.unwrap();
-    let codec = Codec::new(scenario(3, 60).terrain().grid());
+    let scenario = scenario(3, 60);
+    let codec = Codec::new(scenario.terrain().grid());
     let mut link = join(session, MISSION, probe.robot, codec).await;
     let (sender, reports) = mpsc::channel(1);
     sender.send(report).await.unwrap();
     let never = std::future::pending::<()>();
     let clock = Clock::new(1.0).at(MissionTime::START + STEP * OBSERVATIONS);
-    wall_clock::run(&mut link, &mut probe, clock, Some(journal), reports, never).await.unwrap();
+    wall_clock::run(&mut link, &mut probe, scenario.places(), clock, Some(journal), reports, never)
+        .await
+        .unwrap();
 }

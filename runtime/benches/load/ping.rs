@@ -42,9 +42,12 @@ pub(crate) async fn run() {
         let mut probe = Probe { robot, agent: Agent::new(agent_config), measured: Arc::clone(&measured) };
         let (sender, reports) = mpsc::channel::<Report>(1);
         senders.push(sender);
+        let places = scenario.places();
         tokio::spawn(async move {
             let never = std::future::pending::<()>();
-            wall_clock::run(&mut link, &mut probe, Clock::new(1.0), None, reports, never).await.unwrap();
+            wall_clock::run(&mut link, &mut probe, places, Clock::new(1.0), None, reports, never)
+                .await
+                .unwrap();
         });
     }
     let (arrived, mut arrivals) = mpsc::channel::<Instant>(1);

@@ -11,6 +11,7 @@ use dragnet_runtime::journal::Journal;
 use dragnet_runtime::session::{Endpoints, open};
 use dragnet_runtime::wall_clock;
 use dragnet_runtime::world::{self, WorldServer};
+use dragnet_scenario::Places;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
@@ -77,10 +78,13 @@ async fn join(
     let session = open(endpoints).await.unwrap();
     let mut link = crate::join(session, MISSION, robot, codec.clone()).await;
     let reports = world::sensor(&link, robot, codec.clone()).await.unwrap();
+    let places = Places::new(&agent_config.terrain, None);
     let mut probe = Probe { robot, agent: Agent::new(agent_config), measured: Arc::clone(measured) };
     team.spawn(async move {
         let stop = async move { while stopped.changed().await.is_ok() {} };
-        wall_clock::run(&mut link, &mut probe, Clock::new(1.0), Some(journal), reports, stop).await.unwrap();
+        wall_clock::run(&mut link, &mut probe, places, Clock::new(1.0), Some(journal), reports, stop)
+            .await
+            .unwrap();
     });
 }
 

@@ -6,8 +6,8 @@ use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::state_machine::StateMachine;
-use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
+use dragnet_scenario::{Places, Scenario};
 use dragnet_sim::simulation::StepObserver;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
@@ -48,7 +48,7 @@ pub(super) async fn run(
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec.clone()).await?;
     let node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
-        participate(link, node, real_time_factor, commands, node_stopped);
+        participate(link, node, scenario.places(), real_time_factor, commands, node_stopped);
     let mut children = Children::default();
     let mut robots = Vec::new();
     let search = async {
@@ -66,6 +66,7 @@ pub(super) async fn run(
                 robots.push(participate(
                     link,
                     Agent::new(agent_config),
+                    scenario.places(),
                     real_time_factor,
                     reports,
                     stopped.clone(),
@@ -119,6 +120,7 @@ pub(super) async fn run(
 fn participate<M: StateMachine + 'static>(
     mut link: Link,
     mut machine: M,
+    places: Places,
     real_time_factor: f64,
     reports: mpsc::Receiver<wall_clock::Report>,
     mut stopped: watch::Receiver<()>,
@@ -126,8 +128,16 @@ fn participate<M: StateMachine + 'static>(
     tokio::spawn(async move {
         link.announce().await?;
         let stop = async move { while stopped.changed().await.is_ok() {} };
-        let log = wall_clock::run(&mut link, &mut machine, Clock::new(real_time_factor), None, reports, stop)
-            .await?;
+        let log = wall_clock::run(
+            &mut link,
+            &mut machine,
+            places,
+            Clock::new(real_time_factor),
+            None,
+            reports,
+            stop,
+        )
+        .await?;
         Ok((machine, log))
     })
 }

@@ -62,9 +62,10 @@ async fn a_coordinator_that_starts_late_adopts_its_robots_time() {
     let variance = scenario.sensor().variance(0);
     let readings = vec![Reading { cell, value: 0.0, variance }];
     sender.send((Some(long_after), Event::Sensed { cell, readings })).await.unwrap();
+    let places = scenario.places();
     let searching = tokio::spawn(async move {
         let never = std::future::pending::<()>();
-        run(&mut robot, &mut agent, Clock::new(1.0), None, reports, never).await
+        run(&mut robot, &mut agent, places, Clock::new(1.0), None, reports, never).await
     });
 
     // The channel holds one: when there is space for this, the robot has published its observation.
@@ -81,7 +82,8 @@ async fn a_coordinator_that_starts_late_adopts_its_robots_time() {
     };
     let (_, no_reports) = mpsc::channel(1);
     let never = std::future::pending::<()>();
-    let listening = run(&mut link, &mut listener, Clock::new(1.0), None, no_reports, never);
+    let listening =
+        run(&mut link, &mut listener, scenario.places(), Clock::new(1.0), None, no_reports, never);
     let (own, robots) = tokio::select! {
         ended = listening => panic!("{ended:?}"),
         // Long before the next heartbeat that is due.
@@ -90,6 +92,26 @@ async fn a_coordinator_that_starts_late_adopts_its_robots_time() {
     assert!(robots >= long_after);
     assert!(own >= robots, "{own:?} {robots:?}");
     searching.abort();
+}
+
+/// Nobody is there, and nothing is to be done: what would end it is looked at when something happens.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_coordinator_that_waits_sleeps() {
+    let text = "name = 'late'\nmap = { shape = 'all_traversable', rows = 12, columns = 12 }\nobjects.count = 1\n\
+                mission.budget_seconds = 1e6\n";
+    let scenario = Scenario::from_text(std::path::Path::new("late.toml"), text.to_owned()).unwrap();
+    let endpoints = Endpoints { listen: free_endpoints(1).unwrap(), ..Endpoints::default() };
+    let mut link = join(&scenario, Participant::Coordinator, &endpoints).await;
+    let mut node = CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), None);
+    let (_, no_reports) = mpsc::channel(1);
+    let mut looks = 0;
+    let mut over = Box::pin(tokio::time::sleep(Duration::from_secs(7)));
+    let stop = std::future::poll_fn(|context| {
+        looks += 1;
+        over.as_mut().poll(context)
+    });
+    run(&mut link, &mut node, scenario.places(), Clock::new(1.0), None, no_reports, stop).await.unwrap();
+    assert!(looks < 200, "{looks}");
 }
 
 /// Kinds of the messages of a robot that has taken readings, up to the first pause of two seconds, with this line in its
@@ -121,7 +143,16 @@ async fn heard(network: &str) -> Vec<MessageKind> {
     let sensed = Event::Sensed { cell: from, readings: readings.collect() };
     sender.send((Some(MissionTime::START), sensed)).await.unwrap();
     let searching = tokio::spawn(async move {
-        run(&mut robot, &mut agent, Clock::new(1.0), None, reports, std::future::pending::<()>()).await
+        run(
+            &mut robot,
+            &mut agent,
+            scenario.places(),
+            Clock::new(1.0),
+            None,
+            reports,
+            std::future::pending::<()>(),
+        )
+        .await
     });
     let mut kinds = Vec::new();
     let mut patience = Duration::from_mins(1);

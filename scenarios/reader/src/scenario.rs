@@ -35,7 +35,7 @@ use dragnet_search::terrain::Terrain;
 
 use crate::map_file::areas::Claims;
 use crate::map_file::{Areas, Earth, Georeference, MapFile, MapOrigin};
-use crate::{shipped, toml_text};
+use crate::{Places, shipped, toml_text};
 
 pub use check::Invalid;
 pub use class::Class;
@@ -394,6 +394,12 @@ impl Scenario {
             left_out: [&map.left_out[..], &prior.left_out].concat(),
             mended: [&map.mended[..], &prior.mended].concat(),
         }
+    }
+
+    /// Writes where its cells are.
+    #[must_use]
+    pub fn places(&self) -> Places {
+        Places::new(self.terrain(), self.georeference())
     }
 
     /// The search's position on the earth, if known.

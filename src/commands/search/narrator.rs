@@ -3,9 +3,9 @@
 use std::io;
 
 use dragnet_proto::message::Activity;
-use dragnet_scenario::Scenario;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_scenario::{Places, Scenario};
+use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_sim::simulation::StepContext;
 use indicatif::ProgressBar;
@@ -14,7 +14,7 @@ use crate::terminal::{self, counted};
 
 /// Observes a search, and prints a line for each decision and each find.
 pub(super) struct Narrator {
-    grid: Grid,
+    places: Places,
     bar: ProgressBar,
     watched: Watched,
     /// Cells that were found at some time, shape `[cells]`.
@@ -43,7 +43,7 @@ impl Narrator {
     pub(super) fn new(scenario: &Scenario, bar: ProgressBar) -> Self {
         let tracks = vec![Vec::new(); scenario.robots().len()];
         Self {
-            grid: scenario.terrain().grid(),
+            places: scenario.places(),
             bar,
             watched: Watched { tracks, finds: Vec::new() },
             was_found: vec![false; scenario.terrain().grid().cell_count()],
@@ -76,7 +76,7 @@ impl Narrator {
             Some(&waypoint) => {
                 let goes =
                     if activity == Some(Activity::Returning) { "returns to its base at" } else { "goes to" };
-                format!("{goes} {}, {}", place(self.grid, waypoint), counted(route.len(), "cell"))
+                format!("{goes} {}, {}", self.places.cell(waypoint), counted(route.len(), "cell"))
             }
             None => activity.map_or("rests".to_owned(), |activity| {
                 format!(
@@ -94,7 +94,7 @@ impl Narrator {
         }
         self.watched.finds.push(Find { cell, robot, time });
         self.bar.set_message(format!("{} found", self.watched.finds.len()));
-        self.tell(time, robot, &format!("finds an object at {}", place(self.grid, cell)));
+        self.tell(time, robot, &format!("finds an object at {}", self.places.on_earth(cell)));
     }
 
     fn tell(&mut self, now: MissionTime, robot: RobotId, what: &str) {
@@ -103,12 +103,6 @@ impl Narrator {
             self.silenced = self.bar.suspend(|| terminal::print(&line)).err();
         }
     }
-}
-
-/// Where a cell lies, as scenarios write it: `[row, column]`, from the south-west.
-pub(in crate::commands) fn place(grid: Grid, cell: Cell) -> String {
-    let Position { row, column } = grid.position(cell);
-    format!("[{row}, {column}]")
 }
 
 /// Steps of a progress bar.

@@ -14,7 +14,7 @@ use dragnet_sim::episode::Episode;
 use serde::Serialize;
 
 use super::Ended;
-use super::narrator::{Find, Watched, place};
+use super::narrator::{Find, Watched};
 use super::traffic::{self, Sent};
 use crate::commands::scenario;
 use crate::terminal::map::Picture;
@@ -342,20 +342,17 @@ fn find_counts(scenario: &Scenario, episode: &Episode) -> FindCounts {
 }
 
 /// Where on the earth a cell's center is, if the map is georeferenced.
-pub(in crate::commands) fn center(scenario: &Scenario, cell: Cell) -> Option<GeoPoint> {
+fn center(scenario: &Scenario, cell: Cell) -> Option<GeoPoint> {
     Some(scenario.georeference()?.point(scenario.terrain().center_meters(cell)))
 }
 
 /// The objects found at the end, when and by which robot, the missed ones, and the false finds.
 fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
     let (belief, truth) = (&episode.belief, &episode.truth);
-    let (grid, detection_threshold) = (scenario.terrain().grid(), scenario.mission().detection_threshold);
+    let (places, detection_threshold) = (scenario.places(), scenario.mission().detection_threshold);
     let is_found = |cell: Cell| belief.is_found(cell, detection_threshold);
     let probability = probability(scenario, episode);
-    let line = |cell: Cell| {
-        let center = center(scenario, cell).map_or_else(String::new, |center| format!(" at {center}"));
-        format!("{}{center}, probability {:.4}", place(grid, cell), probability(cell))
-    };
+    let line = |cell: Cell| format!("{}, probability {:.4}", places.on_earth(cell), probability(cell));
     let (kept, withdrawn): (Vec<&Find>, Vec<&Find>) = finds.iter().partition(|find| is_found(find.cell));
     let withdrawn = withdrawn
         .into_iter()

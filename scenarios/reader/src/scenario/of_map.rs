@@ -77,15 +77,12 @@ fn text_with(name: &str, file: &str, (cell_meters, side): (f64, u32), rest_of_wo
 
 /// The edge of the cells of a map without areas, meters, and how many the map's longer side then has.
 fn cells(map: &Path) -> (f64, u32) {
-    let chosen = match Format::of(map) {
-        Some(Format::Ros) => {
-            grids_of_ros_map(map).ok().and_then(|grid| shortest(|cell_meters| grid(cell_meters).map(side)))
-        }
+    let chosen = if Format::of(map) == Some(Format::Ros) {
+        grids_of_ros_map(map).ok().and_then(|grid| shortest(|cell_meters| grid(cell_meters).map(side)))
+    } else {
         // Each cell is a character of the file.
-        _ => {
-            let map = MapFile::load(map, USUAL_CELL_METERS).ok();
-            map.map(|map| (USUAL_CELL_METERS, side(map.terrain.grid())))
-        }
+        let map = MapFile::load(map, USUAL_CELL_METERS).ok();
+        map.map(|map| (USUAL_CELL_METERS, side(map.terrain.grid())))
     };
     chosen.unwrap_or((USUAL_CELL_METERS, Sensor::DEFAULT_RADIUS))
 }

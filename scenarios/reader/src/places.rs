@@ -1,0 +1,55 @@
+//! Where cells are, as people read it.
+
+use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_search::terrain::Terrain;
+
+use crate::map_file::Georeference;
+
+/// Writes where the cells of a map are.
+#[derive(Clone, Debug)]
+pub struct Places {
+    grid: Grid,
+    cell_meters: f64,
+    frame: Option<Georeference>,
+}
+
+impl Places {
+    /// The places of a map, in a frame on the earth if that is known.
+    #[must_use]
+    pub fn new(terrain: &Terrain, frame: Option<&Georeference>) -> Self {
+        Self { grid: terrain.grid(), cell_meters: terrain.cell_meters(), frame: frame.copied() }
+    }
+
+    /// A cell as scenarios write it: `[row, column]`, from the south-west.
+    #[must_use]
+    pub fn cell(&self, cell: Cell) -> String {
+        let Position { row, column } = self.grid.position(cell);
+        format!("[{row}, {column}]")
+    }
+
+    /// The same, with the latitude and longitude of its center if they are known: for a person who is to go there.
+    #[must_use]
+    pub fn on_earth(&self, cell: Cell) -> String {
+        let Some(frame) = &self.frame else { return self.cell(cell) };
+        let Position { row, column } = self.grid.position(cell);
+        let meters = [column, row].map(|at| (f64::from(at) + 0.5) * self.cell_meters);
+        format!("{} at {}", self.cell(cell), frame.point(meters.into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map_file::GeoPoint;
+
+    #[test]
+    fn a_cell_is_on_the_earth_if_the_map_is() {
+        let terrain = Terrain::from_ascii("...\n...", 100.0).unwrap();
+        let cell = terrain.grid().cell_numbered(4).unwrap();
+        let frame = Georeference::new(GeoPoint { longitude_degrees: 2.0, latitude_degrees: 0.0 }, 0.0);
+        assert_eq!(Places::new(&terrain, None).on_earth(cell), "[1, 1]");
+        let places = Places::new(&terrain, Some(&frame));
+        assert_eq!(places.cell(cell), "[1, 1]");
+        assert_eq!(places.on_earth(cell), "[1, 1] at latitude 0.001357, longitude 2.001347");
+    }
+}
