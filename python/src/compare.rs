@@ -189,6 +189,7 @@ fn columns<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> {
     columns.set_item("expected_remaining_mean", row.expected_remaining.mean)?;
     columns.set_item("expected_remaining_sem", row.expected_remaining.sem)?;
     columns.set_item("seeds_with_remaining", row.seeds_with_remaining)?;
+    columns.set_item("seeds_without_object", row.seeds_without_object)?;
     columns.set_item("tail_s_mean", row.tail_s.mean)?;
     columns.set_item("tail_s_sem", row.tail_s.sem)?;
     columns.set_item("decision_ms_p50", row.decision_ms.p50)?;
