@@ -39,7 +39,7 @@ fn assumed(scenario: &Scenario) -> String {
     let percent = scenario.one_subject().map_or(0.0, |one| (1e6 * one.rest_of_world()).round() / 1e4);
     let elsewhere = if percent > 0.0 { format!(" ({percent} % elsewhere)") } else { String::new() };
     format!(
-        "{file} is a map: cells of {} m ({} x {}), a sensor with a radius of {}, {} {place}{elsewhere}, {}, \
+        "{file} is a map: cells of {} m ({} x {}), a sensor with a radius of {} cells, {} {place}{elsewhere}, {}, \
          policy {}, {hours} h; {}",
         terrain.cell_meters(),
         grid.rows(),

@@ -21,6 +21,7 @@ mod probabilities;
 mod raster;
 mod ros;
 mod scanline;
+mod union;
 
 use std::fmt;
 use std::path::Path;

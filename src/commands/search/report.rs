@@ -259,7 +259,9 @@ impl Report {
         let (Some(recall), Some(precision), Some(f1), Some(auc_f1)) =
             (self.recall, self.precision, self.f1, self.auc_f1)
         else {
-            return "undefined: no object is in reach of a robot".to_owned();
+            let why =
+                if self.objects == 0 { "there is no object" } else { "no object is in reach of a robot" };
+            return format!("undefined: {why}");
         };
         let budget_cells = scenario.budget_cells();
         format!(

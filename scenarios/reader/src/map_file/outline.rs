@@ -10,22 +10,17 @@ use std::path::Path;
 
 use dragnet_search::cell::{Grid, GridSizeError};
 use dragnet_search::terrain::{Ground, Terrain};
-use geo::coordinate_position::CoordPos;
-use geo::dimensions::Dimensions;
-use geo::{
-    Area, BooleanOps, BoundingRect, Intersects, MapCoords, MultiPolygon, Polygon, Relate, unary_union,
-};
+use geo::{MapCoords, MultiPolygon, Polygon};
 
 use super::areas::{Areas, Purpose, rings};
 use super::georeference::{GeoPoint, Georeference};
 use super::raster::whole_cells;
 use super::scanline::covered_shares;
+use super::union::{overlapping_pairs, union};
 use super::{MapFile, MapFileError, MapOrigin};
 
 /// Half a cell, less rounding.
 const OPEN_SHARE: f64 = 0.5 - 1e-9;
-/// Share of the smaller of two search areas that may also lie in the other: corners of neighbors that are rounded.
-const ROUNDED_SHARE: f64 = 1e-3;
 
 /// Converts areas to cells of an edge in meters; messages name the file.
 pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile, MapFileError> {
@@ -34,7 +29,7 @@ pub(super) fn map(file: &Path, areas: Areas, cell_meters: f64) -> Result<MapFile
     let invalid = |source| MapFileError::Terrain { file: file.to_owned(), source };
     let grid = searched.grid(&frame, cell_meters).map_err(|error| invalid(error.into()))?;
     let is_entered = entered(file, &areas, &frame, grid, cell_meters)?;
-    let shared = searched.overlapping_pairs();
+    let shared = overlapping_pairs(&searched.grounds());
     let region = searched.region(&shared);
     let overlaps = searched.areas_of(&shared);
     let ground = covered_shares(grid, &rings(&in_cells(&region, &frame, cell_meters)))
@@ -74,24 +69,15 @@ impl<'a> Searched<'a> {
         Self { polygons: polygons.collect() }
     }
 
-    /// Pairs of polygons that share more than a border and what rounding adds to it, each in the order of the file.
-    fn overlapping_pairs(&self) -> Vec<(usize, usize)> {
-        let boxes: Vec<_> = self.polygons.iter().map(|(_, polygon)| polygon.bounding_rect()).collect();
-        let overlap = |a: usize, b: usize| {
-            let is_near = boxes[a].zip(boxes[b]).is_some_and(|(a, b)| a.intersects(&b));
-            let relation = || self.polygons[a].1.relate(self.polygons[b].1);
-            is_near
-                && relation().get(CoordPos::Inside, CoordPos::Inside) == Dimensions::TwoDimensional
-                && shared_share(self.polygons[a].1, self.polygons[b].1) > ROUNDED_SHARE
-        };
-        let count = self.polygons.len();
-        (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b))).filter(|&(a, b)| overlap(a, b)).collect()
+    /// The polygons alone.
+    fn grounds(&self) -> Vec<&'a Polygon<f64>> {
+        self.polygons.iter().map(|&(_, polygon)| polygon).collect()
     }
 
     /// The searched ground, for an even-odd rule: what several polygons share lies in one of them.
     fn region(&self, shared: &[(usize, usize)]) -> MultiPolygon<f64> {
-        let polygons = self.polygons.iter().map(|&(_, polygon)| polygon);
-        if shared.is_empty() { polygons.cloned().collect() } else { unary_union(polygons) }
+        let grounds = self.grounds();
+        if shared.is_empty() { grounds.into_iter().cloned().collect() } else { union(&grounds) }
     }
 
     /// The names of the areas of pairs of polygons, each pair once; of one area both are the same.
@@ -135,11 +121,6 @@ impl<'a> Searched<'a> {
         let (east, north) = meters.fold((0.0_f64, 0.0_f64), |most, at| (most.0.max(at.0), most.1.max(at.1)));
         Grid::new(whole_cells(north / cell_meters), whole_cells(east / cell_meters))
     }
-}
-
-/// The share of the smaller polygon that lies in the other, too.
-fn shared_share(a: &Polygon<f64>, b: &Polygon<f64>) -> f64 {
-    a.intersection(b).unsigned_area() / a.unsigned_area().min(b.unsigned_area())
 }
 
 /// Whether robots may enter each cell, shape `[cells]`.

@@ -176,8 +176,10 @@ impl Warning {
                  ends before it begins"
             ),
             Self::ShortBudget { observed, searched } => format!(
-                "the assumed budget is short for this map: the robots can look at about {observed:.0} cells at most, and a search \
-                 of {searched} takes a third as many again or more; more robots, or a scenario with a larger mission.budget_seconds, see more"
+                "the assumed budget is short for this map: the robots can look at about {observed:.0} cells, and a complete search of \
+                 {searched} cells looks at {:.0} or more, since it looks twice at some; more robots see more, and so does a \
+                 scenario with a larger mission.budget_seconds",
+                LOOKS_A_CELL * *searched as f64
             ),
             Self::Clipped { distance, variance } => format!(
                 "sensor.noise is \"clipped\", and the belief takes readings for gaussian: with a variance of {variance} at distance \

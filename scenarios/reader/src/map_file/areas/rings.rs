@@ -16,12 +16,13 @@ use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
 use super::feature::Position;
+use crate::map_file::union::{overlapping_pairs, union};
 use crate::map_file::{GeoPoint, MapFileError};
 
 /// The greatest share of a polygon's area that mending it may change.
 const MENDED_SHARE: f64 = 1e-3;
 
-/// Valid polygons; messages number them within the feature. The faults of those that were mended, or left out since they
+/// Valid polygons that share no ground; messages number them within the feature. The faults of those that were mended, or left out since they
 /// hold no ground beside others, are added to `mended`.
 pub(super) fn polygons(
     file: &Path,
@@ -47,7 +48,10 @@ pub(super) fn polygons(
         Some((place, fault)) if valid.is_empty() => return Err(no_area(file, place, fault)),
         _ => mended.extend(faults.into_iter().map(|(place, fault)| format!("{place}: {fault}"))),
     }
-    Ok(MultiPolygon(valid))
+    let grounds: Vec<&Polygon<f64>> = valid.iter().collect();
+    // All that follows counts by the even-odd rule.
+    let is_shared = !overlapping_pairs(&grounds).is_empty();
+    Ok(if is_shared { union(&grounds) } else { MultiPolygon(valid) })
 }
 
 fn no_area(file: &Path, place: &str, fault: &str) -> MapFileError {

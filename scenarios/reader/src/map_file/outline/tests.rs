@@ -66,6 +66,14 @@ fn features_and_collections_are_one_area() {
     let shared = read(&pair(5.0), 5.0).unwrap();
     assert_eq!(shared.terrain, Terrain::from_ascii("...\n...", 5.0).unwrap());
     assert_eq!(shared.overlaps, [["feature 1".to_owned(), "feature 2".to_owned()]]);
+    // The other way around, and as one area.
+    let clockwise = polygon_of(&[&[(5.0, 0.0), (5.0, 10.0), (15.0, 10.0), (15.0, 0.0)]]);
+    let turned = format!(r#"{{"type":"Feature","properties":null,"geometry":{clockwise}}}"#);
+    let turned = format!(r#"{{"type":"FeatureCollection","features":[{},{turned}]}}"#, feature(0.0));
+    assert_eq!(read(&turned, 5.0).unwrap().terrain, shared.terrain);
+    let together = format!(r#"{{"type":"GeometryCollection","geometries":[{},{clockwise}]}}"#, at(0.0));
+    let one = read(&together, 5.0).unwrap();
+    assert_eq!((&one.terrain, one.overlaps.len()), (&shared.terrain, 0));
 }
 
 #[test]
@@ -94,6 +102,18 @@ fn cells_that_a_no_go_area_touches_are_closed_and_searched_from_outside() {
     let pond = polygon_of(&[&[(12.0, 12.0), (28.0, 12.0), (28.0, 18.0), (12.0, 18.0)]]);
     let text = features(&[("", area.clone()), (r#""kind":"No-go""#, pond)]);
     let expected = Terrain::from_ascii(".....\n.....\n.~~..\n.....", 10.0).unwrap();
+    assert_eq!(read(&text, 10.0).unwrap().terrain, expected);
+    // A pond that is drawn twice, the other way around the second time.
+    let ring = |corners: [(f64, f64); 4]| {
+        let at = |(x, y): (f64, f64)| format!("[{},{}]", x / EAST_METERS, y / NORTH_METERS);
+        let closed: Vec<String> = corners.into_iter().chain([corners[0]]).map(at).collect();
+        format!("[[{}]]", closed.join(","))
+    };
+    let corners = [(2.0, 2.0), (38.0, 2.0), (38.0, 38.0), (2.0, 38.0)];
+    let turned = [corners[0], corners[3], corners[2], corners[1]];
+    let twice = format!(r#"{{"type":"MultiPolygon","coordinates":[{},{}]}}"#, ring(corners), ring(turned));
+    let text = features(&[("", area.clone()), (r#""kind":"no_go""#, twice)]);
+    let expected = Terrain::from_ascii("~~~~.\n~~~~.\n~~~~.\n~~~~.", 10.0).unwrap();
     assert_eq!(read(&text, 10.0).unwrap().terrain, expected);
     // A fence from the south, thinner than anything.
     let (east, north) = (25.0 / EAST_METERS, 22.0 / NORTH_METERS);
