@@ -126,8 +126,7 @@ pub fn examine(file: &Path, listen: Duration, make: Make<'_>, tell: &mut dyn FnM
         endpoints.listen = vec![ANY_PORT.to_owned()];
     }
     ports.into_iter().for_each(&mut *tell);
-    if session::is_alone(&config.common.zenoh.clone().named_in(file)).unwrap_or(false) {
-        let [found, advice] = session::ALONE;
+    if let Some([found, advice]) = session::alone(&config.common.zenoh.clone().named_in(file)) {
         tell(Finding::warn("network", found, advice));
     }
     let member = team::Member { mission, robot, scenario: &scenario, runs_here, resumed, real_time_factor };

@@ -346,8 +346,7 @@ fn log_start(link: &Link, endpoints: &Endpoints) {
         list(&endpoints.listen),
         list(&endpoints.connect),
     );
-    if session::is_alone(endpoints).unwrap_or(false) {
-        let [found, advice] = session::ALONE;
+    if let Some([found, advice]) = session::alone(endpoints) {
         tracing::warn!("{found}; {advice}");
     }
 }

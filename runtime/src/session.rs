@@ -171,23 +171,20 @@ fn refused(endpoints: &Endpoints) -> impl Fn(zenoh::Error) -> RuntimeError + use
     move |error| RuntimeError::Open { listen: listen.clone(), reason: error.to_string() }
 }
 
-/// What [`is_alone`] means and what to do about it.
-pub const ALONE: [&str; 2] = [
-    "it listens nowhere, connects to nobody and does not scout: it can meet no other participant",
-    "under zenoh write listen = [\"tcp/ADDRESS:PORT\"] with an address of this computer, or connect = [\"tcp/ADDRESS:PORT\"] with that \
-     of another participant, or both",
-];
-
-/// Whether a process with these endpoints can never meet another.
-///
-/// # Errors
-/// If Zenoh rejects the settings.
-pub fn is_alone(endpoints: &Endpoints) -> Result<bool, RuntimeError> {
-    let config = merged(endpoints)?;
+/// That a process with these endpoints can never meet another, and what to do about it, if so. Settings that Zenoh rejects
+/// say nothing.
+#[must_use]
+pub fn alone(endpoints: &Endpoints) -> Option<[&'static str; 2]> {
+    let config = merged(endpoints).ok()?;
     let value = |key: &str| config.get_json(key).unwrap_or_default();
     let is_empty = |key: &str| endpoint::listed(&value(key)).is_empty();
     let does_scout = value("scouting/multicast/enabled") != "false";
-    Ok(is_empty("listen/endpoints") && is_empty("connect/endpoints") && !does_scout)
+    let is_alone = is_empty("listen/endpoints") && is_empty("connect/endpoints") && !does_scout;
+    is_alone.then_some([
+        "it listens nowhere, connects to nobody and does not scout: it can meet no other participant",
+        "under zenoh write listen = [\"tcp/ADDRESS:PORT\"] with an address of this computer, or connect = [\"tcp/ADDRESS:PORT\"] \
+         with that of another participant, or both",
+    ])
 }
 
 /// Zenoh's settings for these endpoints, checked.
@@ -435,7 +432,7 @@ mod tests {
                 file.clone()
             });
             let endpoints = Endpoints { listen: list(listen), connect: list(connect), mode: None, config };
-            assert_eq!(is_alone(&endpoints).unwrap(), expected, "{endpoints:?} {settings:?}");
+            assert_eq!(alone(&endpoints).is_some(), expected, "{endpoints:?} {settings:?}");
         };
         let (here, quiet) = ("tcp/127.0.0.1:7447", "scouting: { multicast: { enabled: false } }");
         check("", "", None, true);

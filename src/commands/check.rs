@@ -81,11 +81,9 @@ fn check(path: &Path) -> Result<String, String> {
 /// A warning, if a process with these endpoints can never meet another. Settings of Zenoh that are invalid are reported
 /// by `dragnet doctor`.
 fn alone(path: &Path, endpoints: Endpoints) -> String {
-    if !session::is_alone(&endpoints.named_in(path)).unwrap_or(false) {
-        return String::new();
-    }
-    let [found, advice] = session::ALONE;
-    format!("{}: warning: {found}; {advice}\n", path.display())
+    session::alone(&endpoints.named_in(path)).map_or_else(String::new, |[found, advice]| {
+        format!("{}: warning: {found}; {advice}\n", path.display())
+    })
 }
 
 fn describe(scenario: &Scenario) -> String {

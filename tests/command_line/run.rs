@@ -66,9 +66,8 @@ fn one_json_object_holds_all_measures() {
     assert!((share("last_find_s") + share("tail_s") - share("mission_time_s")).abs() < 1e-6);
 }
 
-/// The middle of the lake is farther from every shore than the sensor radius.
-#[test]
-fn cells_out_of_reach_are_shown_and_do_not_prolong_the_search() {
+/// Objects around a lake and in it; its middle is farther from every shore than the sensor radius.
+fn lake(objects: &str) -> Place {
     let place = Place::new();
     place.write(
         "lake.txt",
@@ -76,9 +75,17 @@ fn cells_out_of_reach_are_shown_and_do_not_prolong_the_search() {
     );
     place.write(
         "lake.toml",
-        "name = 'lake'\nmap.file = 'lake.txt'\nsensor.radius = 1\nobjects.cells = [[0, 0], [2, 5]]\n\
-         mission.budget_seconds = 100000.0\n",
+        &format!(
+            "name = 'lake'\nmap.file = 'lake.txt'\nsensor.radius = 1\nobjects.cells = {objects}\n\
+             mission.budget_seconds = 100000.0\n"
+        ),
     );
+    place
+}
+
+#[test]
+fn cells_out_of_reach_are_shown_and_do_not_prolong_the_search() {
+    let place = lake("[[0, 0], [2, 5]]");
     let report = place.json(&["run", "lake.toml", "--json"]);
     assert_eq!((&report["objects"], &report["objects_out_of_reach"]), (&2.into(), &1.into()));
     assert_eq!((&report["found"], &report["recall"]), (&1.into(), &1.0.into()));
@@ -96,16 +103,7 @@ fn cells_out_of_reach_are_shown_and_do_not_prolong_the_search() {
 
 #[test]
 fn without_an_object_in_reach_there_is_no_quality() {
-    let place = Place::new();
-    place.write(
-        "lake.txt",
-        &["........", "..~~~~~~", "..~~~~~~", "..~~~~~~", "..~~~~~~", "........"].join("\n"),
-    );
-    place.write(
-        "lake.toml",
-        "name = 'lake'\nmap.file = 'lake.txt'\nsensor.radius = 1\nobjects.cells = [[2, 5]]\n\
-         mission.budget_seconds = 100000.0\n",
-    );
+    let place = lake("[[2, 5]]");
     let report = place.json(&["run", "lake.toml", "--json"]);
     for key in ["recall", "precision", "f1", "auc_f1"] {
         assert_eq!(report[key], Value::Null, "{key}");

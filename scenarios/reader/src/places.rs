@@ -3,7 +3,7 @@
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::terrain::Terrain;
 
-use crate::map_file::Georeference;
+use crate::map_file::{GeoPoint, Georeference};
 
 /// Writes where the cells of a map are.
 #[derive(Clone, Debug)]
@@ -30,17 +30,22 @@ impl Places {
     /// The same, with the latitude and longitude of its center if they are known: for a person who is to go there.
     #[must_use]
     pub fn on_earth(&self, cell: Cell) -> String {
-        let Some(frame) = &self.frame else { return self.cell(cell) };
+        let center = self.center(cell).map_or_else(String::new, |center| format!(" at {center}"));
+        format!("{}{center}", self.cell(cell))
+    }
+
+    /// Where on the earth a cell's center is, if that is known.
+    #[must_use]
+    pub fn center(&self, cell: Cell) -> Option<GeoPoint> {
         let Position { row, column } = self.grid.position(cell);
         let meters = [column, row].map(|at| (f64::from(at) + 0.5) * self.cell_meters);
-        format!("{} at {}", self.cell(cell), frame.point(meters.into()))
+        Some(self.frame?.point(meters.into()))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map_file::GeoPoint;
 
     #[test]
     fn a_cell_is_on_the_earth_if_the_map_is() {

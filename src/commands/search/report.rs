@@ -6,7 +6,6 @@ use dragnet_coordinator::finds::{FindCounts, finds};
 use dragnet_proto::message::Detection;
 use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
-use dragnet_scenario::map_file::GeoPoint;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::one_subject::Standing;
 use dragnet_sim::comparison::Latencies;
@@ -319,9 +318,10 @@ fn declared(scenario: &Scenario, episode: &Episode) -> Vec<Declared> {
     let threshold = scenario.mission().detection_threshold;
     let probability = probability(scenario, episode);
     let is_found = |cell: &Cell| episode.belief.is_found(*cell, threshold);
+    let places = scenario.places();
     let declare = |cell: Cell| {
         let Position { row, column } = scenario.terrain().grid().position(cell);
-        let center = center(scenario, cell);
+        let center = places.center(cell);
         Declared {
             row,
             column,
@@ -341,11 +341,6 @@ fn find_counts(scenario: &Scenario, episode: &Episode) -> FindCounts {
     let object = |cell| Detection { cell, probability: episode.belief.probability(cell), time_ns: 0 };
     let declared: Vec<Detection> = scenario.terrain().searched_cells().filter(is_found).map(object).collect();
     FindCounts::of(&finds(&declared, &episode.verdicts))
-}
-
-/// Where on the earth a cell's center is, if the map is georeferenced.
-fn center(scenario: &Scenario, cell: Cell) -> Option<GeoPoint> {
-    Some(scenario.georeference()?.point(scenario.terrain().center_meters(cell)))
 }
 
 /// The objects found at the end, when and by which robot, the missed ones, and the false finds.

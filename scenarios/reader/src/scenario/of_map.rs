@@ -42,6 +42,10 @@ pub(super) fn text_of_areas(areas: &Areas, name: &str, file: &str) -> String {
 
 /// The probability that the regions leave beyond the map: 0 unless they cover all searched cells.
 fn beyond(areas: &Areas, cell_meters: f64) -> Option<f64> {
+    if areas.areas.iter().all(|area| area.purpose.poa().is_none()) {
+        // Without regions nothing is left, and no map need be made.
+        return None;
+    }
     let map = MapFile::of_areas(Path::new(""), areas.clone(), cell_meters).ok()?;
     let prior = areas.prior(Path::new(""), map.georeference.as_ref()?, &map.terrain, 1.0).ok()??;
     let Rest { poa, cells } = prior.claims.rest;
