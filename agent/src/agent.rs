@@ -1,9 +1,12 @@
 //! The robot's state machine: handles events and returns effects.
 
 use dragnet_learn::policy;
-use dragnet_proto::directive::{Directive, TeamOrder, added_prior};
+use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::{Knowledge, SharedKnowledge};
-use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus, VerdictReport};
+use dragnet_proto::message::{
+    Activity, Audience, Heartbeat, Intent, Message, MissionStatus, OrderReport, VerdictReport,
+};
+use dragnet_proto::orders::{RobotOrder, RobotOrders};
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
@@ -18,10 +21,10 @@ use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId, Source};
 use dragnet_search::one_subject::OneSubject;
 use dragnet_search::policy::{Decision, Policy};
-use dragnet_search::route::Connectivity;
+use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
-use dragnet_search::situation::{Place, Situation, is_way_home_within};
+use dragnet_search::situation::{Place, Situation, is_way_home_within, leading_cells_with_way_home};
 use dragnet_search::terrain::Terrain;
 use std::borrow::Cow;
 use std::num::NonZeroUsize;
@@ -176,6 +179,8 @@ pub struct Agent {
     heartbeats: HeartbeatSchedule,
     /// The operator's directive, as far as known.
     directive: Directive,
+    /// The operator's orders to single robots, as far as known.
+    orders: RobotOrders,
     /// The state of waiting for teammates.
     waiting: Waiting,
     /// Whether its heartbeats tell the digest of its belief.
@@ -237,6 +242,7 @@ impl Agent {
             dated: MissionTime::START,
             heartbeats: HeartbeatSchedule::new(config.place, config.mission.heartbeat),
             directive: Directive::default(),
+            orders: RobotOrders::default(),
             waiting: Waiting::default(),
             tells_digest: true,
             config,
@@ -383,6 +389,7 @@ impl Agent {
                     || self.is_cleared()
             }
             Activity::Returning => self.plan.is_empty() || self.is_overtaken,
+            Activity::Sent => self.plan.is_empty() || self.is_overtaken || self.is_spent(now),
             // Observations while it rests may have withdrawn a find.
             Activity::Cleared => true,
             _ => false,
@@ -476,7 +483,8 @@ impl Agent {
             Message::SyncRequest(_)
             | Message::SyncReply(_)
             | Message::MissionStatus(_)
-            | Message::Verdicts(_) => {
+            | Message::Verdicts(_)
+            | Message::Orders(_) => {
                 if let Participant::Robot(robot) = from {
                     self.team.received(now, robot);
                 }
@@ -494,6 +502,12 @@ impl Agent {
             | Message::MissionStatus(MissionStatus { directive, versions, .. }) => {
                 self.heartbeats.suppress(|| self.replica.log().is_known_to(versions));
                 self.obey(now, directive, effects);
+            }
+            Message::Orders(report) => {
+                let before = self.order();
+                if self.orders.merge(now, &report.orders) && self.order() != before {
+                    self.decide(now, effects);
+                }
             }
             _ => {}
         }
@@ -519,8 +533,7 @@ impl Agent {
 
     /// Applies a new directive of the operator: pauses, resumes, returns, or adds cells to the search area.
     fn obey(&mut self, now: MissionTime, directive: &Directive, effects: &mut Effects<Message>) {
-        let Directive { order, added, .. } = &self.directive;
-        let (order, known) = (*order, added.len());
+        let (order, known) = (self.order(), self.directive.added.len());
         if !self.directive.merge(now, directive) {
             return;
         }
@@ -533,11 +546,16 @@ impl Agent {
         if self.directive.added.len() > known {
             self.home = self.home.as_ref().map(|home| self.home_to(home.base()));
         }
-        // On its way home it decides again in the next cell.
-        self.is_overtaken |= self.activity == Activity::Returning;
-        if self.directive.order != order || self.has_nothing_to_do() {
+        // On its way home, or to where it is sent, it decides again in the next cell.
+        self.is_overtaken |= matches!(self.activity, Activity::Returning | Activity::Sent);
+        if self.order() != order || self.has_nothing_to_do() {
             self.decide(now, effects);
         }
+    }
+
+    /// What the operator wants of it.
+    fn order(&self) -> RobotOrder {
+        self.orders.current(self.config.id(), &self.directive)
     }
 
     /// Of two robots that did not know each other's plans, the one that decided later, or has the higher number,
@@ -556,8 +574,8 @@ impl Agent {
         let is_first = self.plans == 0;
         // Between cells it is not known how far a robot has come on its way home.
         let is_running_out = match self.activity {
-            Activity::Searching | Activity::Paused => self.is_spent(now),
-            Activity::Waiting => self.is_spent(now) || self.is_due_home(now),
+            Activity::Searching | Activity::Paused | Activity::Sent => self.is_spent(now),
+            Activity::Waiting | Activity::Holding => self.is_spent(now) || self.is_due_home(now),
             Activity::Returning
             | Activity::Cleared
             | Activity::Spent
@@ -655,24 +673,16 @@ impl Agent {
     /// Chooses a waypoint, or rests.
     fn decide(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
         let Some(cell) = self.cell.filter(|_| now >= self.config.first_decision()) else { return };
-        let resting = if self.is_spent(now) {
-            Some(Activity::Spent)
-        } else if self.directive.order == TeamOrder::Pause {
-            Some(Activity::Paused)
-        } else if self.directive.order == TeamOrder::Return {
-            Some(Activity::Recalled)
-        } else if self.is_cleared() {
-            Some(Activity::Cleared)
-        } else if self.is_due_home(now) {
-            Some(Activity::Spent)
-        } else {
-            None
+        let (activity, path) = match self.order() {
+            _ if self.is_spent(now) => (Activity::Spent, Vec::new()),
+            RobotOrder::Pause => (Activity::Paused, Vec::new()),
+            RobotOrder::Return => (Activity::Recalled, Vec::new()),
+            RobotOrder::Go(there) => self.go(now, cell, there),
+            RobotOrder::Search if self.is_cleared() => (Activity::Cleared, Vec::new()),
+            RobotOrder::Search if self.is_due_home(now) => (Activity::Spent, Vec::new()),
+            RobotOrder::Search => self.choose_measured(now, cell, effects),
         };
-        let (activity, path) = match resting {
-            Some(activity) => (activity, Vec::new()),
-            None => self.choose_measured(now, cell, effects),
-        };
-        let may_leave = activity.is_rest() && self.directive.order != TeamOrder::Pause;
+        let may_leave = activity.is_rest() && self.order() != RobotOrder::Pause;
         let (activity, path) = if may_leave { self.go_home(cell, activity) } else { (activity, path) };
         self.waiting = Waiting { since: now, known: self.known(), until: None };
         if activity != Activity::Searching && activity == self.activity && path == self.plan {
@@ -688,9 +698,27 @@ impl Agent {
         effects.published.push((Audience::All, Message::Intent(self.intent())));
     }
 
+    /// What a robot in `cell` does that the operator sends to another. Where no path leads it holds where it is; where its
+    /// budget would not leave the way home it turns around.
+    fn go(&self, now: MissionTime, cell: Cell, there: Cell) -> (Activity, Vec<Cell>) {
+        if self.is_due_home(now) {
+            return (Activity::Spent, Vec::new());
+        }
+        let AgentConfig { terrain, connectivity, .. } = &self.config;
+        let whole = ShortestPathTree::from(terrain, *connectivity, cell).path(there);
+        let (grid, remaining_cells) = (terrain.grid(), self.remaining_cells(now));
+        let ways_home = self.home.as_ref().map(Home::ways);
+        let path = &whole[..leading_cells_with_way_home(grid, cell, &whole, ways_home, remaining_cells)];
+        match (path.is_empty(), whole.is_empty()) {
+            (_, true) => (Activity::Holding, Vec::new()),
+            (true, false) => (Activity::Spent, Vec::new()),
+            (false, false) => (Activity::Sent, path.to_vec()),
+        }
+    }
+
     /// What a robot does whose search is over for this reason: it rests, or returns to its base first.
     fn go_home(&self, cell: Cell, reason: Activity) -> (Activity, Vec<Cell>) {
-        let called = self.base.filter(|_| self.directive.order == TeamOrder::Return);
+        let called = self.base.filter(|_| self.order() == RobotOrder::Return);
         let home = match &self.home {
             Some(home) => Some(Cow::Borrowed(home)),
             None => called.map(|base| Cow::Owned(self.home_to(base))),
@@ -808,6 +836,11 @@ impl Agent {
             let (from, verdicts) = (Participant::Robot(self.config.id()), verdicts.clone());
             let report = VerdictReport { from, time_ns: now.0, verdicts };
             effects.published.push((Audience::All, Message::Verdicts(report)));
+        }
+        if !self.orders.is_empty() {
+            let (from, orders) = (Participant::Robot(self.config.id()), self.orders.clone());
+            let report = OrderReport { from, time_ns: now.0, orders };
+            effects.published.push((Audience::All, Message::Orders(report)));
         }
     }
 }

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::{Directive, TeamOrder};
-use dragnet_proto::message::{Activity, Message, MissionStatus, VerdictReport};
+use dragnet_proto::message::{Activity, Message, MissionStatus, OrderReport, VerdictReport};
+use dragnet_proto::orders::{NumberedOrder, RobotOrder};
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_scenario::Scenario;
@@ -28,8 +29,12 @@ struct Field {
 
 impl Field {
     fn new(mission: &str) -> Self {
+        Self::on("..,,,,\n..,,,,\n..,,,,\n", mission)
+    }
+
+    fn on(map: &str, mission: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("map.txt"), "..,,,,\n..,,,,\n..,,,,\n").unwrap();
+        std::fs::write(folder.path().join("map.txt"), map).unwrap();
         let text = format!(
             "name = 'a'\nmap.file = 'map.txt'\nsensor.radius = 1\nobjects.density = 0.2\n[mission]\n{mission}\n"
         );
@@ -72,6 +77,27 @@ impl Field {
                 doubled: Vec::new(),
             }),
         )
+    }
+}
+
+impl Field {
+    /// The coordinator publishes its orders to single robots: robot and number of each.
+    fn order_one(&mut self, seconds: u64, orders: &[(u16, u64, RobotOrder)]) -> Effects<Message> {
+        let given = orders
+            .iter()
+            .map(|&(robot, number, order)| (RobotId::new(robot).unwrap(), NumberedOrder { number, order }));
+        let (from, orders) = (Participant::Coordinator, given.collect());
+        self.receive(seconds, Message::Orders(OrderReport { from, time_ns: seconds * SECOND, orders }))
+    }
+
+    /// The robot enters the cells of a path, 15 s each.
+    fn drive(&mut self, mut seconds: u64, path: Vec<Cell>) -> (u64, Effects<Message>) {
+        let mut effects = Effects::default();
+        for cell in path {
+            seconds += 15;
+            effects = self.sense(seconds, cell.number());
+        }
+        (seconds, effects)
     }
 }
 
@@ -134,6 +160,71 @@ fn a_robot_that_is_called_back_returns_to_where_it_started_until_it_is_told_to_s
     assert_eq!(field.robot.activity(), Activity::Paused);
     assert!(!field.order(300, 7, TeamOrder::Search, &[]).route.unwrap().is_empty());
     assert_eq!(field.robot.activity(), Activity::Searching);
+}
+
+#[test]
+fn a_robot_goes_where_it_is_sent_and_holds_there_until_it_is_told_to_search() {
+    let mut field = Field::new("budget_seconds = 1e6");
+    let there = field.cell(17);
+    field.sense(0, 0);
+    assert!(is_nothing(&field.order_one(1, &[(2, 5, RobotOrder::Go(there))])), "another robot is sent there");
+    let way = field.order_one(2, &[(1, 6, RobotOrder::Go(there))]).route.unwrap();
+    assert_eq!((way.last(), field.robot.activity()), (Some(&there), Activity::Sent));
+    let (now, _) = field.drive(2, way);
+    assert_eq!(field.robot.activity(), Activity::Holding);
+    assert_eq!(field.sense(now + 1, 17).route, None, "it stays");
+    let wake = field.robot.wake_at();
+    let beat = field.robot.react(wake, Event::Woke);
+    let told = beat.published.iter().find_map(|(_, message)| match message {
+        Message::Orders(report) => Some(report.orders.iter().collect::<Vec<_>>()),
+        _ => None,
+    });
+    let told: Vec<_> = told.unwrap().into_iter().map(|(robot, it)| (robot.number(), it.number)).collect();
+    assert_eq!(told, [(1, 6), (2, 5)], "it passes on what it knows");
+    assert!(
+        is_nothing(&field.order_one(now + 60, &[(1, 5, RobotOrder::Pause)])),
+        "an older order comes late"
+    );
+    field.order_one(now + 61, &[(1, 7, RobotOrder::Search)]);
+    assert_eq!(field.robot.activity(), Activity::Searching);
+}
+
+#[test]
+fn of_the_orders_to_all_and_to_one_robot_the_newest_counts() {
+    let mut field = Field::new("budget_seconds = 1e6");
+    field.sense(0, 0);
+    field.order_one(1, &[(1, 5, RobotOrder::Pause)]);
+    assert_eq!(field.robot.activity(), Activity::Paused);
+    assert_eq!(field.order(2, 4, TeamOrder::Return, &[]).route, None, "it was given before");
+    assert_eq!(field.robot.activity(), Activity::Paused);
+    field.order(3, 6, TeamOrder::Search, &[]);
+    assert_eq!(field.robot.activity(), Activity::Searching);
+    field.order(4, 7, TeamOrder::Pause, &[]);
+    field.order_one(5, &[(1, 8, RobotOrder::Search)]);
+    assert_eq!(field.robot.activity(), Activity::Searching, "it alone");
+}
+
+#[test]
+fn a_robot_goes_no_farther_than_its_way_home_allows() {
+    // Cells of 30 m: with a reserve of a tenth the budget is 6 cells.
+    let mut field = Field::new("budget_meters = 200.0\nreturn_to_base = true");
+    field.sense(0, 0);
+    let (base, there) = (field.cell(0), field.cell(5));
+    let way = field.order_one(1, &[(1, 5, RobotOrder::Go(there))]).route.unwrap();
+    assert!(!way.is_empty() && way.len() < 5, "{way:?}");
+    let (now, turned) = field.drive(1, way);
+    assert_eq!((turned.route.unwrap().last(), field.robot.activity()), (Some(&base), Activity::Returning));
+    field.order_one(now + 1, &[(1, 6, RobotOrder::Go(base))]);
+    assert_eq!(field.robot.activity(), Activity::Sent);
+}
+
+#[test]
+fn a_robot_holds_where_it_is_if_no_path_leads_where_it_is_sent() {
+    let mut field = Field::on("..#\n..#\n.#.\n", "budget_seconds = 1e6");
+    field.sense(0, 0);
+    let there = field.cell(2);
+    assert_eq!(field.order_one(1, &[(1, 5, RobotOrder::Go(there))]).route, Some(Vec::new()));
+    assert_eq!(field.robot.activity(), Activity::Holding);
 }
 
 #[test]

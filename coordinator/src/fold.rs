@@ -83,6 +83,8 @@ impl MissionFold {
                 let judged = self.verdicts.take(report.verdicts.iter(), &mut self.belief);
                 Change { judged, ..Change::default() }
             }
+            // What robots are to do; what they do is in their plans.
+            Record::Orders(_) => Change::default(),
             // These follow from the records above.
             Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => Change::default(),
         }

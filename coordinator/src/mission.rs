@@ -11,7 +11,10 @@ use std::time::Duration;
 
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::Knowledge;
-use dragnet_proto::message::{Audience, Detection, Heartbeat, Intent, Message, MissionStatus, VerdictReport};
+use dragnet_proto::message::{
+    Audience, Detection, Heartbeat, Intent, Message, MissionStatus, OrderReport, VerdictReport,
+};
+use dragnet_proto::orders::RobotOrders;
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
@@ -114,6 +117,8 @@ pub enum Record {
     Status(MissionStatus),
     /// The operator's verdicts: the coordinator's when they change, and those of a robot when they are received.
     Verdicts(VerdictReport),
+    /// The operator's orders to single robots: the coordinator's when they change, and those of a robot when they are received.
+    Orders(OrderReport),
     /// The belief as it is shown, recorded periodically and at the end.
     Belief(Arc<Belief>),
 }
@@ -129,6 +134,8 @@ pub struct Mission {
     next_belief: MissionTime,
     /// The operator's directive.
     directive: Directive,
+    /// The operator's orders to single robots.
+    orders: RobotOrders,
     /// Prior probability in cells that the operator adds.
     added_prior: f64,
     /// The origin of the operator's marks, once there is one.
@@ -157,6 +164,7 @@ impl Mission {
             next_status: MissionTime::START + config.heartbeat,
             next_belief: MissionTime::START + config.belief_period,
             directive: Directive::default(),
+            orders: RobotOrders::default(),
             added_prior: added_prior(&config.prior, &config.terrain),
             by_hand: None,
             doubled: BTreeSet::new(),
@@ -317,6 +325,10 @@ impl Mission {
                 self.learn(now, &heartbeat.directive, outcome);
             }
             Message::Verdicts(report) => outcome.records.push(Record::Verdicts(report.clone())),
+            Message::Orders(report) => {
+                outcome.records.push(Record::Orders(report.clone()));
+                self.learn_orders(now, &report.orders, outcome);
+            }
             Message::Observation(_)
             | Message::SyncRequest(_)
             | Message::SyncReply(_)
@@ -391,6 +403,9 @@ impl Mission {
         let report = self.verdict_report(now);
         if !report.verdicts.is_empty() {
             outcome.effects.published.push((Audience::All, Message::Verdicts(report)));
+        }
+        if !self.orders.is_empty() {
+            outcome.effects.published.push((Audience::All, Message::Orders(self.order_report(now))));
         }
     }
 

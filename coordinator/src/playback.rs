@@ -32,7 +32,7 @@ use crate::record::{
 const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
 
 /// A recorded mission. Its records are [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`],
-/// [`Record::Status`] and [`Record::Verdicts`]; all others follow from them.
+/// [`Record::Status`], [`Record::Verdicts`] and [`Record::Orders`]; all others follow from them.
 #[derive(Clone, Debug)]
 pub struct Playback {
     /// The map at the start.
@@ -299,6 +299,7 @@ fn kind(topic: &str) -> Option<MessageKind> {
         RobotTopic::Intent => Some(MessageKind::Intent),
         RobotTopic::Heartbeat => Some(MessageKind::Heartbeat),
         RobotTopic::Verdicts => Some(MessageKind::Verdicts),
+        RobotTopic::Orders => Some(MessageKind::Orders),
         RobotTopic::Pose | RobotTopic::Path => None,
     }
 }
@@ -310,6 +311,7 @@ fn record(message: Message) -> Option<Record> {
         Message::Heartbeat(heartbeat) => Some(Record::Heartbeat(heartbeat)),
         Message::MissionStatus(status) => Some(Record::Status(status)),
         Message::Verdicts(report) => Some(Record::Verdicts(report)),
+        Message::Orders(report) => Some(Record::Orders(report)),
         Message::SyncRequest(_) | Message::SyncReply(_) => None,
     }
 }

@@ -10,6 +10,8 @@
 //! /robots/0/observation      the operator's marks
 //! /robots/0/verdicts         the operator's verdicts on finds, when they change
 //! /robots/<robot>/verdicts   those that a robot has received; both only once there are any
+//! /robots/0/orders           the operator's orders to single robots, when they change
+//! /robots/<robot>/orders     those that a robot has received; both only once there are any
 //! /objects                   each declaration of an object
 //! /mission/status            with all declared objects
 //! ```
@@ -36,11 +38,10 @@ use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_ros2::schema::RosMessage;
 use dragnet_ros2::viewer::Viewer;
 use dragnet_scenario::map_file::{Earth, MapOrigin};
-use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{RobotId, Source};
+use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use mcap::records::AttachmentHeader;
 use mcap::write::Metadata;
@@ -221,12 +222,12 @@ impl Recorder {
             }
             Record::Status(status) => self.put_status(now, status)?,
             Record::Verdicts(report) => {
-                let source = match report.from {
-                    Participant::Robot(robot) => Source::Robot(robot),
-                    Participant::Coordinator => Source::Operator,
-                };
-                let topic = Topic::Robot(source, RobotTopic::Verdicts);
+                let topic = Topic::Robot(report.from.into(), RobotTopic::Verdicts);
                 self.put(topic, at(report.time_ns), &wire::Verdicts::from(report))?;
+            }
+            Record::Orders(report) => {
+                let topic = Topic::Robot(report.from.into(), RobotTopic::Orders);
+                self.put(topic, at(report.time_ns), &wire::Orders::from(report))?;
             }
             Record::Belief(belief) => self.put_belief(now, belief)?,
         }

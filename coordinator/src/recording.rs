@@ -221,7 +221,13 @@ fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Op
         [Record::Status(mission.status(now)), Record::Belief(std::sync::Arc::new(mission.shown_belief()))];
     let has_verdicts = !mission.verdicts().is_empty();
     let verdicts = has_verdicts.then(|| Record::Verdicts(mission.verdict_report(now)));
-    let written = records.chain(verdicts).chain(stand).try_for_each(|record| recorder.record(now, &record));
+    let orders = Record::Orders(mission.order_report(now));
+    let orders = (!mission.orders().is_empty()).then_some(orders);
+    let written = records
+        .chain(verdicts)
+        .chain(orders)
+        .chain(stand)
+        .try_for_each(|record| recorder.record(now, &record));
     if written.and_then(|()| recorder.flush()).is_ok() && recorder.trouble().is_none() {
         return Some(recorder);
     }

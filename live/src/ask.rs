@@ -2,8 +2,11 @@
 
 use dragnet_coordinator::finds::Find;
 use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::directive::TeamOrder;
+use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
 use dragnet_search::cell::{Cell, Position};
+use dragnet_search::observation::RobotId;
 use serde::Deserialize;
 
 use crate::polygon::{self, Corner, PolygonError};
@@ -13,12 +16,30 @@ use crate::view::View;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
-    /// Pause the robots.
-    Pause {},
-    /// Resume the search.
-    Resume {},
-    /// Call the robots back to their bases.
-    Return {},
+    /// A robot stays where it is, or all do.
+    Pause {
+        /// The robot; all if it is missing.
+        robot: Option<u16>,
+    },
+    /// A robot searches again, or all do.
+    Resume {
+        /// The robot; all if it is missing.
+        robot: Option<u16>,
+    },
+    /// A robot returns to its base, or all do.
+    Return {
+        /// The robot; all if it is missing.
+        robot: Option<u16>,
+    },
+    /// A robot goes to a cell, and stays there.
+    Go {
+        /// The robot.
+        robot: u16,
+        /// Row of the cell, from the south.
+        row: u32,
+        /// Column of the cell, from the west.
+        column: u32,
+    },
     /// Mark a cell.
     Mark {
         /// Row of the cell, from the south.
@@ -93,6 +114,24 @@ pub enum AskError {
         /// The given column.
         column: u32,
     },
+    /// No robot of the team.
+    #[error("there is no robot {robot}; the team has robots {first} to {last}")]
+    Robot {
+        /// The given number.
+        robot: u16,
+        /// The lowest number of the team.
+        first: u16,
+        /// The highest number of the team.
+        last: u16,
+    },
+    /// A cell that no robot can enter.
+    #[error("no robot can drive in cell [{row}, {column}]: choose one beside it")]
+    NotTraversable {
+        /// The given row.
+        row: u32,
+        /// The given column.
+        column: u32,
+    },
     /// No find to decide about.
     #[error("there is no find in cell [{row}, {column}]: only a find can be confirmed or dismissed")]
     NoFind {
@@ -124,14 +163,46 @@ impl Ask {
     /// If the command is rejected.
     pub fn command(self, view: &View) -> Result<(Command, String), AskError> {
         match self {
-            Self::Pause {} => Ok((Command::Pause, "The robots are paused.".to_owned())),
-            Self::Resume {} => Ok((Command::Resume, "The search is resumed.".to_owned())),
-            Self::Return {} => Ok((Command::Return, "The robots are called back to their bases.".to_owned())),
+            Self::Pause { robot: None } => team(TeamOrder::Pause, "All robots are paused."),
+            Self::Resume { robot: None } => team(TeamOrder::Search, "All robots search."),
+            Self::Return { robot: None } => {
+                team(TeamOrder::Return, "All robots are called back to their bases.")
+            }
+            Self::Pause { robot: Some(robot) } => one(view, robot, RobotOrder::Pause, "is paused"),
+            Self::Resume { robot: Some(robot) } => one(view, robot, RobotOrder::Search, "searches"),
+            Self::Return { robot: Some(robot) } => {
+                one(view, robot, RobotOrder::Return, "is called back to its base")
+            }
+            Self::Go { robot, row, column } => go(view, robot, Position { row, column }),
             Self::Mark { row, column, r#as } => mark(view, Position { row, column }, r#as),
             Self::Find { row, column, r#as } => decide(view, Position { row, column }, r#as),
             Self::Search { corners } => search(view, &corners),
         }
     }
+}
+
+fn team(order: TeamOrder, answer: &str) -> Result<(Command, String), AskError> {
+    Ok((Command::Team(order), answer.to_owned()))
+}
+
+fn one(view: &View, number: u16, order: RobotOrder, what: &str) -> Result<(Command, String), AskError> {
+    let team = &view.about().team;
+    let Some(robot) = team.iter().find(|robot| robot.number() == number) else {
+        let [first, last] = [team.first(), team.last()].map(|end| end.map_or(0, |robot| robot.number()));
+        return Err(AskError::Robot { robot: number, first, last });
+    };
+    Ok((Command::Robot(*robot, order), format!("Robot {robot} {what}.")))
+}
+
+/// Robots that fly may be sent anywhere; others where robots can drive.
+fn go(view: &View, robot: u16, at: Position) -> Result<(Command, String), AskError> {
+    let (cell, Position { row, column }) = (cell_at(view, at)?, at);
+    let sight = RobotId::new(robot).and_then(|robot| view.about().sights.get(robot.index()));
+    let flies = sight.is_some_and(|sight| sight.flies());
+    if !flies && !view.terrain().is_traversable(cell) {
+        return Err(AskError::NotTraversable { row, column });
+    }
+    one(view, robot, RobotOrder::Go(cell), &format!("is sent to cell [{row}, {column}], and stays there"))
 }
 
 fn cell_at(view: &View, at: Position) -> Result<Cell, AskError> {

@@ -5,6 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use dragnet_coordinator::finds::Find;
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::TeamOrder;
+use dragnet_proto::orders::{NumberedOrder, RobotOrder};
 use dragnet_proto::verdict::Decision;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{RobotId, Source};
@@ -152,6 +153,8 @@ pub struct RobotFrame {
     pub robot: u16,
     /// Its state.
     pub state: State,
+    /// What the operator wants of it: `resume`, `go`, `return` or `pause`.
+    pub order: &'static str,
     /// Whether several processes have its number.
     pub is_doubled: bool,
     /// Its cell's number; unknown before its first message.
@@ -197,8 +200,10 @@ pub struct DismissedFrame {
 pub struct OrderFrame {
     /// When it was given, seconds.
     pub time: f64,
-    /// `pause`, `resume`, `area`, `searched`, `clue`, `confirmed`, `dismissed` or `undone`.
+    /// `resume`, `go`, `return`, `pause`, `area`, `searched`, `clue`, `confirmed`, `dismissed` or `undone`.
     pub what: &'static str,
+    /// The robot that it is for; that of all robots has none.
+    pub robot: Option<u16>,
     /// Its cell's number, if it is about one.
     pub cell: Option<u32>,
     /// Number of cells that it is about.
@@ -330,6 +335,7 @@ fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
         RobotFrame {
             robot: robot.number(),
             state,
+            order: order_word(view.orders().current(robot)),
             is_doubled: status.is_some_and(|status| status.doubled.contains(&robot)),
             cell: track.pose.map(|(cell, _)| cell.number()),
             trail: numbers(&mut walk.trail.iter().skip(walk.trail.len() - new).copied()),
@@ -382,26 +388,39 @@ fn orders(view: &View, shown: &mut Option<Vec<OrderFrame>>) -> Option<Vec<OrderF
     shown.clone()
 }
 
+/// The command for an order.
+const fn order_word(order: RobotOrder) -> &'static str {
+    match order {
+        RobotOrder::Search => "resume",
+        RobotOrder::Go(_) => "go",
+        RobotOrder::Return => "return",
+        RobotOrder::Pause => "pause",
+    }
+}
+
 fn order_frame(Acknowledged { time, order, has }: &Acknowledged, robots: &[RobotId]) -> OrderFrame {
     let (what, cell) = match order {
-        Order::Team(_, TeamOrder::Pause) => ("pause", None),
-        Order::Team(_, TeamOrder::Search) => ("resume", None),
-        Order::Team(_, TeamOrder::Return) => ("return", None),
+        Order::Team(_, order) => (order_word((*order).into()), None),
+        Order::Robot(_, NumberedOrder { order, .. }) => {
+            (order_word(*order), if let RobotOrder::Go(there) = order { Some(*there) } else { None })
+        }
         Order::Area(_) => ("area", None),
         Order::Mark { mark: Mark::Searched, cell, .. } => ("searched", Some(*cell)),
         Order::Mark { mark: Mark::Clue, cell, .. } => ("clue", Some(*cell)),
         Order::Verdict(cell, verdict) => (verdict.decision.word().unwrap_or("undone"), Some(*cell)),
     };
     let cells = match order {
-        Order::Team(..) => 0,
+        Order::Team(..) | Order::Robot(..) => 0,
         Order::Area(cells) => cells.len(),
         Order::Mark { .. } | Order::Verdict(..) => 1,
     };
-    let (has, waits) = robots.iter().partition::<Vec<RobotId>, _>(|robot| has.contains(robot));
+    let concerned = robots.iter().filter(|&&robot| order.concerns(robot));
+    let (has, waits) = concerned.partition::<Vec<RobotId>, _>(|robot| has.contains(robot));
     let numbers = |robots: Vec<RobotId>| robots.into_iter().map(RobotId::number).collect();
     OrderFrame {
         time: time.as_seconds(),
         what,
+        robot: if let Order::Robot(robot, _) = order { Some(robot.number()) } else { None },
         cell: cell.map(Cell::number),
         cells,
         has: numbers(has),

@@ -1,7 +1,7 @@
 //! Acknowledgements: the operator's last commands, and the robots that are known to have received each.
 //!
 //! Robots send nothing for them. A heartbeat holds the directive and the version vector that its robot knows, which
-//! include a pause, an added area or a mark; a robot that knows verdicts publishes them. A command that reaches a robot
+//! include an order to all, an added area or a mark; a robot that knows verdicts, or orders to single robots, publishes them. A command that reaches a robot
 //! through others is acknowledged too, once the coordinator receives a message of that robot.
 
 use std::collections::{BTreeSet, VecDeque};
@@ -9,7 +9,8 @@ use std::collections::{BTreeSet, VecDeque};
 use dragnet_coordinator::mission::Record;
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::{Directive, TeamOrder};
-use dragnet_proto::message::{Heartbeat, VerdictReport};
+use dragnet_proto::message::{Heartbeat, OrderReport, VerdictReport};
+use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -24,6 +25,8 @@ const MOST: usize = 5;
 pub enum Order {
     /// An order to all robots, with its number ([`Directive::number`]).
     Team(u64, TeamOrder),
+    /// An order to one robot.
+    Robot(RobotId, NumberedOrder),
     /// Cells are added to the search area.
     Area(BTreeSet<Cell>),
     /// A cell is marked.
@@ -58,13 +61,28 @@ pub struct Orders {
     last: VecDeque<Acknowledged>,
     /// What the coordinator last knew.
     directive: Directive,
+    to_robots: RobotOrders,
     verdicts: Verdicts,
+}
+
+impl Order {
+    /// Whether a robot is to receive it.
+    #[must_use]
+    pub fn concerns(&self, robot: RobotId) -> bool {
+        !matches!(self, Self::Robot(whom, _) if *whom != robot)
+    }
 }
 
 impl Orders {
     /// The last commands, the newest first.
     pub fn iter(&self) -> impl Iterator<Item = &Acknowledged> {
         self.last.iter()
+    }
+
+    /// What a robot is to do, as far as the coordinator knows.
+    #[must_use]
+    pub fn current(&self, robot: RobotId) -> RobotOrder {
+        self.to_robots.current(robot, &self.directive)
     }
 
     /// Applies a record of the coordinator at its time.
@@ -75,6 +93,7 @@ impl Orders {
                 self.mark(now, observation);
             }
             Record::Verdicts(report) => self.judge(now, report),
+            Record::Orders(report) => self.direct_robots(now, report),
             Record::Heartbeat(heartbeat) => self.beat(heartbeat),
             _ => {}
         }
@@ -123,6 +142,22 @@ impl Orders {
         self.verdicts = report.verdicts.clone();
     }
 
+    fn direct_robots(&mut self, now: MissionTime, report: &OrderReport) {
+        if let Participant::Robot(robot) = report.from {
+            self.acknowledge(robot, |order| match order {
+                Order::Robot(whom, order) => report.orders.includes(*whom, *order),
+                _ => false,
+            });
+            return;
+        }
+        for (robot, order) in report.orders.iter() {
+            if !self.to_robots.includes(robot, order) {
+                self.give(now, Order::Robot(robot, order));
+            }
+        }
+        self.to_robots = report.orders.clone();
+    }
+
     fn beat(&mut self, heartbeat: &Heartbeat) {
         let Heartbeat { directive, versions, .. } = heartbeat;
         self.acknowledge(heartbeat.robot, |order| match order {
@@ -132,7 +167,7 @@ impl Orders {
             Order::Mark { origin, sequence, .. } => {
                 versions.iter().any(|version| version.origin == *origin && version.next > *sequence)
             }
-            Order::Verdict(..) => false,
+            Order::Verdict(..) | Order::Robot(..) => false,
         });
     }
 

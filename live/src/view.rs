@@ -147,6 +147,10 @@ pub enum State {
     Returning,
     /// The operator has called it back, and it is at its base.
     Recalled,
+    /// It drives to the cell to which the operator has sent it.
+    Sent,
+    /// It is in that cell, and waits for the next order.
+    Holding,
 }
 
 impl View {
@@ -195,8 +199,8 @@ impl View {
             Record::Intent(_) => self.received.push_back(self.now),
             Record::Heartbeat(heartbeat) => self.receive(heartbeat),
             Record::Status(_) | Record::Verdicts(_) => self.plot(),
-            // These follow from the records above.
-            Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
+            // These follow from the records above, or are of [`Orders`] alone.
+            Record::Orders(_) | Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
         }
     }
 
@@ -393,7 +397,7 @@ impl View {
     #[must_use]
     pub fn expected_seconds(&self, robot: RobotId, track: &Track, state: State) -> Vec<u64> {
         let speed = self.about.speeds_meters_per_second.get(robot.index());
-        let drives = matches!(state, State::Searching | State::Returning | State::Recalled);
+        let drives = matches!(state, State::Searching | State::Returning | State::Recalled | State::Sent);
         let Some(speed) = speed.filter(|_| drives) else { return Vec::new() };
         let terrain = self.terrain();
         let expected = track.expected(self.now, terrain.grid(), speed / terrain.cell_meters());
@@ -413,6 +417,8 @@ impl View {
             Some(Activity::Waiting) => State::Waiting,
             Some(Activity::Returning) => State::Returning,
             Some(Activity::Recalled) => State::Recalled,
+            Some(Activity::Sent) => State::Sent,
+            Some(Activity::Holding) => State::Holding,
         }
     }
 

@@ -15,7 +15,9 @@ use dragnet_live::frame::{Frame, Hello, OrderFrame, Shown};
 use dragnet_live::replay::{Replay, about};
 use dragnet_live::view::{About, State, View};
 use dragnet_proto::command::{Command, Mark};
-use dragnet_proto::message::Message;
+use dragnet_proto::directive::TeamOrder;
+use dragnet_proto::message::{Message, OrderReport, VerdictReport};
+use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::state_machine::{Effects, ParticipantError};
 use dragnet_proto::state_machine::{Event, StateMachine};
 use dragnet_proto::verdict::Decision;
@@ -106,11 +108,13 @@ fn play() -> Played {
         grid.cells().filter(|&cell| !scenario.terrain().is_searched(cell)).take(4).collect();
     let mut robots = episode::team(&scenario, 5, Agent::new);
     let commands = vec![
-        (270, Command::Resume),
-        (260, Command::Return),
-        (250, Command::Resume),
+        (270, Command::Team(TeamOrder::Search)),
+        (260, Command::Team(TeamOrder::Return)),
+        (250, Command::Team(TeamOrder::Search)),
+        (240, Command::Robot(RobotId::new(2).unwrap(), RobotOrder::Search)),
+        (220, Command::Robot(RobotId::FIRST, RobotOrder::Go(grid.cell_numbered(16).unwrap()))),
         (210, Command::Judge(Decision::Undone, grid.cell_numbered(5).unwrap())),
-        (200, Command::Pause),
+        (200, Command::Team(TeamOrder::Pause)),
         (170, Command::Judge(Decision::Dismissed, grid.cell_numbered(14).unwrap())),
         (160, Command::Judge(Decision::Confirmed, grid.cell_numbered(5).unwrap())),
         (150, Command::Mark(Mark::Clue, added[0])),
@@ -174,6 +178,7 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         assert_eq!(&whole(replay.view()), expected, "back at {} s", time.as_seconds());
     }
     assert!(shown.iter().any(|frame| frame.contains("\"is_paused\":true") && frame.contains("\"paused\"")));
+    assert!(shown.iter().any(|frame| frame.contains("\"state\":\"sent\",\"order\":\"go\"")));
     assert!(shown.iter().any(|frame| frame.contains("\"operator\":\"confirmed\"")));
     assert!(
         shown[60].contains("\"dismissed\":[{\"cell\":14,") && !shown[60].contains("confirmed\"}"),
@@ -329,17 +334,20 @@ fn every_command_is_acknowledged_by_the_robots_that_have_it() {
     let (mut waited, mut answered) = (BTreeSet::new(), BTreeSet::new());
     for (time, record) in &records {
         view.take(*time, record);
-        for OrderFrame { what, has, waits, .. } in orders(&view) {
-            assert_eq!(has.len() + waits.len(), 2);
-            waited.extend((has.len() == 1).then_some(what));
+        for OrderFrame { what, robot, has, waits, .. } in orders(&view) {
+            assert_eq!(has.len() + waits.len(), if robot.is_some() { 1 } else { 2 });
+            waited.extend((waits.len() == 1).then_some(what));
             answered.extend(waits.is_empty().then_some(what));
         }
     }
-    let all = ["area", "clue", "confirmed", "dismissed", "pause", "resume", "return", "searched", "undone"];
+    let all =
+        ["area", "clue", "confirmed", "dismissed", "go", "pause", "resume", "return", "searched", "undone"];
     assert_eq!(answered, all.into(), "all have it in the end");
-    assert_eq!(waited, all.into(), "one robot has it before the other");
-    let last: Vec<&str> = orders(&view).iter().map(|order| order.what).collect();
-    assert_eq!(last, ["resume", "return", "resume", "undone", "pause"]);
+    assert_eq!(waited, all.into(), "one robot has it before the other, and has it only after a while");
+    let last: Vec<_> = orders(&view).iter().map(|order| (order.what, order.robot, order.cell)).collect();
+    let to_all = |what| (what, None, None);
+    let to_one = [("resume", Some(2), None), ("go", Some(1), Some(16))];
+    assert_eq!(last, [&["resume", "return", "resume"].map(to_all)[..], &to_one].concat());
 }
 
 #[test]
@@ -348,7 +356,9 @@ fn a_robot_that_is_cut_off_is_waited_for() {
     let mut view = View::new(Arc::new(about(&playback)));
     let is_from_two = |record: &Record| match record {
         Record::Heartbeat(heartbeat) => heartbeat.robot.number() == 2,
-        Record::Verdicts(report) => report.from == Participant::Robot(RobotId::new(2).unwrap()),
+        Record::Verdicts(VerdictReport { from, .. }) | Record::Orders(OrderReport { from, .. }) => {
+            *from == Participant::Robot(RobotId::new(2).unwrap())
+        }
         _ => false,
     };
     for (time, record) in records.iter().filter(|(_, record)| !is_from_two(record)) {
@@ -356,14 +366,21 @@ fn a_robot_that_is_cut_off_is_waited_for() {
     }
     let mut shown = Shown::default();
     for order in Frame::next(&view, &mut shown).orders.unwrap() {
-        assert_eq!((order.has, order.waits), (vec![1], vec![2]), "{}", order.what);
+        let expected = match order.robot {
+            None => (vec![1], vec![2]),
+            Some(1) => (vec![1], vec![]),
+            Some(_) => (vec![], vec![2]),
+        };
+        assert_eq!((order.has, order.waits), expected, "{}", order.what);
     }
     assert_eq!(Frame::next(&view, &mut shown).orders, None, "nothing has changed");
     // It comes back.
     let last = |of: &dyn Fn(&Record) -> bool| records.iter().rev().find(|(_, record)| of(record)).unwrap();
-    for (_, record) in
-        [last(&|it| is_from_two(it)), last(&|it| matches!(it, Record::Heartbeat(_)) && is_from_two(it))]
-    {
+    for (_, record) in [
+        last(&|it| matches!(it, Record::Orders(_)) && is_from_two(it)),
+        last(&|it| matches!(it, Record::Verdicts(_)) && is_from_two(it)),
+        last(&|it| matches!(it, Record::Heartbeat(_)) && is_from_two(it)),
+    ] {
         view.take(view.now(), record);
     }
     let orders = Frame::next(&view, &mut shown).orders.unwrap();

@@ -2,18 +2,19 @@
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
+use dragnet_search::observation::RobotId;
 
+use crate::directive::TeamOrder;
+use crate::orders::RobotOrder;
 use crate::verdict::Decision;
 
 /// A command of the operator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Every robot stops.
-    Pause,
-    /// Every robot searches again.
-    Resume,
-    /// Every robot returns to its base.
-    Return,
+    /// An order to all robots.
+    Team(TeamOrder),
+    /// An order to one robot.
+    Robot(RobotId, RobotOrder),
     /// Mark a cell.
     Mark(Mark, Cell),
     /// Add these cells to the search area.

@@ -8,6 +8,7 @@ mod directive;
 mod error;
 mod field;
 mod messages;
+mod orders;
 mod packed;
 mod steps;
 mod verdicts;
@@ -46,6 +47,7 @@ pub fn encode(message: &Message) -> Vec<u8> {
         Message::SyncReply(reply) => cdr::encode(&wire::SyncReply::from(reply)),
         Message::MissionStatus(status) => cdr::encode(&wire::MissionStatus::from(status)),
         Message::Verdicts(report) => cdr::encode(&wire::Verdicts::from(report)),
+        Message::Orders(report) => cdr::encode(&wire::Orders::from(report)),
     }
 }
 
@@ -85,6 +87,7 @@ pub fn check_sender(message: &Message, sender: Participant) -> Result<(), Conver
         Message::SyncReply(_) => sender,
         Message::MissionStatus(_) => Participant::Coordinator,
         Message::Verdicts(report) => report.from,
+        Message::Orders(report) => report.from,
     };
     if author == sender {
         Ok(())
@@ -178,6 +181,7 @@ impl Codec {
             Message::SyncReply(reply) => packed::pack(&wire::SyncReply::from(reply), map),
             Message::MissionStatus(status) => packed::pack(&wire::MissionStatus::from(status), map),
             Message::Verdicts(report) => packed::pack(&wire::Verdicts::from(report), map),
+            Message::Orders(report) => packed::pack(&wire::Orders::from(report), map),
         }
     }
 
@@ -227,6 +231,10 @@ impl Codec {
             MessageKind::Verdicts => {
                 let (wire, check) = self.read_any::<wire::Verdicts>(bytes)?;
                 Ok(Message::Verdicts(check.verdicts(&wire)?))
+            }
+            MessageKind::Orders => {
+                let (wire, check) = self.read_any::<wire::Orders>(bytes)?;
+                Ok(Message::Orders(check.orders(&wire)?))
             }
         }
     }

@@ -128,6 +128,18 @@ pub struct Verdicts {
     pub log_odds: Vec<i64>,
 }
 
+/// `dragnet_msgs/msg/Orders`, see `msg/Orders.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Orders {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub robots: Vec<u16>,
+    pub numbers: Vec<u64>,
+    pub orders: Vec<u8>,
+    pub cells: Vec<u32>,
+}
+
 /// `dragnet_msgs/msg/Step`, see `msg/Step.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Step {

@@ -1,10 +1,10 @@
 //! Zenoh keys of all messages.
 //!
 //! ```text
-//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts}
+//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts,orders}
 //! dragnet/<mission>/robots/<robot>/alive/<seniority>/<identity>
 //! dragnet/<mission>/robots/<from>/{sync_request,sync_reply}/<to>
-//! dragnet/<mission>/coordinator/{status,observation,verdicts}
+//! dragnet/<mission>/coordinator/{status,observation,verdicts,orders}
 //! dragnet/<mission>/coordinator/alive/<seniority>/<identity>
 //! dragnet/<mission>/coordinator/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
@@ -78,6 +78,8 @@ pub enum Topic {
     ByHand,
     /// The operator's verdicts as a participant knows them, [`MessageKind::Verdicts`].
     Verdicts(Participant),
+    /// The operator's orders to single robots as a participant knows them, [`MessageKind::Orders`].
+    Orders(Participant),
     /// Queries of the simulator to a participant, [`crate::step::Step`].
     SimStep(Participant),
     /// The readings of a robot's simulated sensor, [`crate::step::Sensed`].
@@ -102,6 +104,7 @@ impl Topic {
             (MessageKind::MissionStatus, Participant::Coordinator, Audience::All) => Some(Self::Status),
             (MessageKind::Observation, Participant::Coordinator, Audience::All) => Some(Self::ByHand),
             (MessageKind::Verdicts, from, Audience::All) => Some(Self::Verdicts(from)),
+            (MessageKind::Orders, from, Audience::All) => Some(Self::Orders(from)),
             _ => None,
         }
     }
@@ -118,6 +121,7 @@ impl Topic {
             Self::Status => Some((MessageKind::MissionStatus, Participant::Coordinator)),
             Self::ByHand => Some((MessageKind::Observation, Participant::Coordinator)),
             Self::Verdicts(from) => Some((MessageKind::Verdicts, from)),
+            Self::Orders(from) => Some((MessageKind::Orders, from)),
             Self::Alive { .. } | Self::SimStep(_) | Self::SimSensed(_) => None,
         }
     }
@@ -142,6 +146,7 @@ impl fmt::Display for Key {
             Topic::Status => write!(formatter, "{COORDINATOR}/status"),
             Topic::ByHand => write!(formatter, "{COORDINATOR}/observation"),
             Topic::Verdicts(from) => write!(formatter, "{}/verdicts", Home(from)),
+            Topic::Orders(from) => write!(formatter, "{}/orders", Home(from)),
             Topic::SimStep(participant) => write!(formatter, "sim/step/{}", Address(participant)),
             Topic::SimSensed(robot) => write!(formatter, "sim/sensed/{robot}"),
         }
@@ -226,6 +231,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "intent"] => Topic::Intent(number(robot)?),
         ["robots", robot, "heartbeat"] => Topic::Heartbeat(number(robot)?),
         ["robots", robot, "verdicts"] => Topic::Verdicts(Participant::Robot(number(robot)?)),
+        ["robots", robot, "orders"] => Topic::Orders(Participant::Robot(number(robot)?)),
         ["robots", robot, "alive", seniority, identity] => {
             let participant = Participant::Robot(number(robot)?);
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
@@ -240,6 +246,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         [COORDINATOR, "status"] => Topic::Status,
         [COORDINATOR, "observation"] => Topic::ByHand,
         [COORDINATOR, "verdicts"] => Topic::Verdicts(from_coordinator),
+        [COORDINATOR, "orders"] => Topic::Orders(from_coordinator),
         [COORDINATOR, "alive", seniority, identity] => {
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
             Topic::Alive { participant: from_coordinator, claim }

@@ -12,6 +12,7 @@ use dragnet_search::intent::PlannedPath;
 use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 
 use crate::directive::Directive;
+use crate::orders::RobotOrders;
 use crate::verdict::Verdicts;
 
 /// The receivers of a message.
@@ -40,6 +41,8 @@ pub enum Message {
     MissionStatus(MissionStatus),
     /// To all, beside heartbeats and status once there are any: the operator's verdicts that the sender knows.
     Verdicts(VerdictReport),
+    /// To all, beside heartbeats and status once there are any: the operator's orders to single robots that the sender knows.
+    Orders(OrderReport),
 }
 
 impl Message {
@@ -54,6 +57,7 @@ impl Message {
             Self::SyncReply(_) => MessageKind::SyncReply,
             Self::MissionStatus(_) => MessageKind::MissionStatus,
             Self::Verdicts(_) => MessageKind::Verdicts,
+            Self::Orders(_) => MessageKind::Orders,
         }
     }
 }
@@ -75,11 +79,13 @@ pub enum MessageKind {
     MissionStatus,
     /// [`Message::Verdicts`].
     Verdicts,
+    /// [`Message::Orders`].
+    Orders,
 }
 
 impl MessageKind {
     /// All kinds.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Observation,
         Self::Intent,
         Self::Heartbeat,
@@ -87,6 +93,7 @@ impl MessageKind {
         Self::SyncReply,
         Self::MissionStatus,
         Self::Verdicts,
+        Self::Orders,
     ];
 }
 
@@ -167,6 +174,10 @@ pub enum Activity {
     Returning,
     /// The operator has called the robots back: it is at its base.
     Recalled,
+    /// It drives to the cell to which the operator has sent it.
+    Sent,
+    /// It is in that cell, where it waits for the operator's next order.
+    Holding,
 }
 
 impl Activity {
@@ -182,21 +193,25 @@ impl Activity {
             Self::Waiting => "its teammates plan to observe all that is left",
             Self::Returning => "it returns to its base",
             Self::Recalled => "the operator has called it back",
+            Self::Sent => "it goes where the operator sends it",
+            Self::Holding => "the operator has sent it there",
         }
     }
 
     /// Whether the robot follows a path.
     #[must_use]
     pub const fn is_under_way(self) -> bool {
-        matches!(self, Self::Searching | Self::Returning)
+        matches!(self, Self::Searching | Self::Returning | Self::Sent)
     }
 
-    /// Whether the robot has ended its search; a paused or waiting robot may continue.
+    /// Whether the robot has ended its search; a paused, holding or waiting robot may continue.
     #[must_use]
     pub const fn is_rest(self) -> bool {
         match self {
             Self::Cleared | Self::Spent | Self::Stuck | Self::Recalled => true,
-            Self::Searching | Self::Paused | Self::Waiting | Self::Returning => false,
+            Self::Searching | Self::Paused | Self::Waiting | Self::Returning | Self::Sent | Self::Holding => {
+                false
+            }
         }
     }
 }
@@ -257,6 +272,17 @@ pub struct VerdictReport {
     pub time_ns: u64,
     /// The verdicts.
     pub verdicts: Verdicts,
+}
+
+/// The operator's orders to single robots that a participant knows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OrderReport {
+    /// The participant.
+    pub from: Participant,
+    /// When it was sent, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// The orders.
+    pub orders: RobotOrders,
 }
 
 /// A declared object.

@@ -9,9 +9,10 @@ use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::dragnet_msgs::VERSION;
 use dragnet_proto::message::{
-    Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, SyncReply,
-    SyncRequest, VerdictReport,
+    Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, OrderReport,
+    SyncReply, SyncRequest, VerdictReport,
 };
+use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::radio::{Load, Priority};
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
@@ -68,6 +69,8 @@ fn activities() -> impl Strategy<Value = Activity> {
         Just(Activity::Waiting),
         Just(Activity::Returning),
         Just(Activity::Recalled),
+        Just(Activity::Sent),
+        Just(Activity::Holding),
     ]
 }
 
@@ -185,6 +188,18 @@ fn verdicts() -> impl Strategy<Value = Verdicts> {
     vec(verdict, 0..9).prop_map(|verdicts| verdicts.into_iter().collect())
 }
 
+fn orders() -> impl Strategy<Value = RobotOrders> {
+    let order = prop_oneof![
+        Just(RobotOrder::Search),
+        cells().prop_map(RobotOrder::Go),
+        Just(RobotOrder::Return),
+        Just(RobotOrder::Pause),
+    ];
+    let given = (robots(), any::<u64>(), order)
+        .prop_map(|(robot, number, order)| (robot, NumberedOrder { number, order }));
+    vec(given, 0..9).prop_map(|orders| orders.into_iter().collect())
+}
+
 fn messages() -> impl Strategy<Value = Message> {
     prop_oneof![
         observations().prop_map(|observation| Message::Observation(Arc::new(observation))),
@@ -197,6 +212,8 @@ fn messages() -> impl Strategy<Value = Message> {
         (participants(), any::<u64>(), verdicts()).prop_map(|(from, time_ns, verdicts)| Message::Verdicts(
             VerdictReport { from, time_ns, verdicts }
         )),
+        (participants(), any::<u64>(), orders())
+            .prop_map(|(from, time_ns, orders)| Message::Orders(OrderReport { from, time_ns, orders })),
     ]
 }
 

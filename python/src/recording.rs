@@ -146,6 +146,8 @@ const fn activity(activity: Activity) -> &'static str {
         Activity::Waiting => "waiting",
         Activity::Returning => "returning",
         Activity::Recalled => "recalled",
+        Activity::Sent => "sent",
+        Activity::Holding => "holding",
     }
 }
 

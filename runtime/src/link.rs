@@ -91,8 +91,13 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
         let participant = me.into();
         let (inlet, waiting) = waiting::waiting(waiting::MOST_BYTES);
         let identity = RandomState::new().build_hasher().finish();
-        let to_all =
-            [Selection::Observations, Selection::Intents, Selection::Heartbeats, Selection::Verdicts];
+        let to_all = [
+            Selection::Observations,
+            Selection::Intents,
+            Selection::Heartbeats,
+            Selection::Verdicts,
+            Selection::Orders,
+        ];
         let to_me = participant.map(|participant| {
             [Selection::SyncRequestsTo(participant), Selection::SyncRepliesTo(participant)]
         });

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use dragnet_proto::message::{Activity, Heartbeat, Message, MissionStatus};
+use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::state_machine::{Effects, StateMachine};
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_scenario::Places;
@@ -19,6 +20,8 @@ pub(crate) struct Narrator {
     found: BTreeSet<Cell>,
     /// The operator's verdicts that the coordinator has published.
     verdicts: Verdicts,
+    /// The operator's orders to single robots that the coordinator has published.
+    orders: RobotOrders,
     /// The last activity of each robot that the coordinator received.
     activities: BTreeMap<RobotId, Activity>,
     /// Whether the coordinator has logged that all robots rest.
@@ -32,6 +35,7 @@ impl Narrator {
             places,
             found: BTreeSet::new(),
             verdicts: Verdicts::default(),
+            orders: RobotOrders::default(),
             activities: BTreeMap::new(),
             is_over: false,
         }
@@ -102,8 +106,14 @@ impl Narrator {
         });
         lines.extend(statuses.flat_map(|status| self.declares(status)).collect::<Vec<_>>());
         for (_, message) in &effects.published {
-            if let (Participant::Coordinator, Message::Verdicts(report)) = (self.me, message) {
-                lines.extend(self.judges(&report.verdicts));
+            match message {
+                Message::Verdicts(report) if self.me == Participant::Coordinator => {
+                    lines.extend(self.judges(&report.verdicts));
+                }
+                Message::Orders(report) if self.me == Participant::Coordinator => {
+                    lines.extend(self.orders_robots(&report.orders));
+                }
+                _ => {}
             }
         }
         lines.extend(self.decides(effects));
@@ -113,11 +123,19 @@ impl Narrator {
     fn decides(&self, effects: &Effects<Message>) -> Option<String> {
         let route = effects.route.as_ref()?;
         let Some(&waypoint) = route.last() else {
-            let what = if effects.activity == Activity::Waiting { "waiting" } else { "resting" };
+            let what = match effects.activity {
+                Activity::Waiting => "waiting",
+                Activity::Holding => "holding",
+                _ => "resting",
+            };
             return Some(format!("{what}: {}", effects.activity.reason()));
         };
-        if effects.activity == Activity::Returning {
-            return Some(format!("returning to its base at {}", self.places.cell(waypoint)));
+        match effects.activity {
+            Activity::Returning => {
+                return Some(format!("returning to its base at {}", self.places.cell(waypoint)));
+            }
+            Activity::Sent => return Some(format!("sent to {}", self.places.cell(waypoint))),
+            _ => {}
         }
         let cells = if route.len() == 1 { "1 cell".to_owned() } else { format!("{} cells", route.len()) };
         let took = effects.decision.map(|took| format!(", in {:.1} ms", took.as_secs_f64() * 1e3));
@@ -174,6 +192,22 @@ impl Narrator {
         new.chain(withdrawn).collect()
     }
 
+    /// The coordinator has published the operator's orders to single robots.
+    fn orders_robots(&mut self, orders: &RobotOrders) -> Vec<String> {
+        let new = orders.iter().filter(|&(robot, order)| !self.orders.includes(robot, order));
+        let lines = new.map(|(robot, NumberedOrder { order, .. })| match order {
+            RobotOrder::Search => format!("ordered: robot {robot} searches"),
+            RobotOrder::Go(there) => {
+                format!("ordered: robot {robot} goes to {}", self.places.on_earth(there))
+            }
+            RobotOrder::Return => format!("ordered: robot {robot} returns to its base"),
+            RobotOrder::Pause => format!("ordered: robot {robot} pauses"),
+        });
+        let lines = lines.collect();
+        self.orders = orders.clone();
+        lines
+    }
+
     /// The coordinator has published the operator's verdicts.
     fn judges(&mut self, verdicts: &Verdicts) -> Vec<String> {
         let new = verdicts.iter().filter(|&(cell, verdict)| !self.verdicts.includes(cell, verdict));
@@ -196,6 +230,7 @@ mod tests {
 
     use dragnet_agent::agent::{Agent, AgentConfig};
     use dragnet_coordinator::node::CoordinatorNode;
+    use dragnet_proto::command::Command;
     use dragnet_proto::state_machine::Event;
     use dragnet_scenario::Scenario;
     use dragnet_scenario::time::MissionTime;
@@ -284,5 +319,29 @@ mod tests {
         }
         let declared = "declared: an object at [0, 3] at latitude 0.000045, longitude 2.000314, probability ";
         assert_eq!(lines.iter().filter(|reported| reported.starts_with(declared)).count(), 1, "{lines:#?}");
+    }
+
+    #[test]
+    fn an_order_to_a_robot_is_told_by_the_coordinator_once_and_by_the_robot() {
+        let scenario = scenario();
+        let [here, there] =
+            [0, 3].map(|column| scenario.terrain().grid().cell(Position { row: 0, column }).unwrap());
+        let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
+        let mut node = team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected).unwrap();
+        let mut of_robot = Narrator::new(Participant::Robot(RobotId::FIRST), scenario.places());
+        let mut of_coordinator = Narrator::new(Participant::Coordinator, scenario.places());
+        let now = MissionTime(20_000_000_000);
+        agent.handle(now, Event::Sensed { cell: here, readings: Vec::new() }).unwrap();
+        let command = |order| Event::Commanded(Command::Robot(RobotId::FIRST, order));
+        let ordered = node.handle(now, command(RobotOrder::Go(there))).unwrap();
+        let place = "[0, 3] at latitude 0.000045, longitude 2.000314";
+        assert_eq!(of_coordinator.lines(&node, &ordered), [format!("ordered: robot 1 goes to {place}")]);
+        assert!(of_coordinator.lines(&node, &ordered).is_empty(), "once");
+        let from = Participant::Coordinator;
+        let told = ordered.published.into_iter().flat_map(|(_, message)| {
+            let effects = agent.handle(now, Event::Received { from, message }).unwrap();
+            of_robot.lines(&agent, &effects)
+        });
+        assert_eq!(told.collect::<Vec<_>>(), ["sent to [0, 3]"]);
     }
 }

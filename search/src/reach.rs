@@ -36,6 +36,12 @@ impl Sight {
     pub fn from_above(radius: u32) -> Self {
         Self { flies: true, ..Self::on_ground(radius) }
     }
+
+    /// Whether the robot crosses cells that are not traversable.
+    #[must_use]
+    pub const fn flies(self) -> bool {
+        self.flies
+    }
 }
 
 /// The cells that some robot can see from some cell that it can drive to, given the cells that robots have observed

@@ -1,7 +1,7 @@
 //! The inputs of a policy.
 
 use crate::belief::Belief;
-use crate::cell::Cell;
+use crate::cell::{Cell, Grid};
 use crate::intent::PlannedPrecision;
 use crate::route::{Connectivity, ShortestPathTree};
 use crate::sensor::Sensor;
@@ -97,18 +97,28 @@ impl<'a> Situation<'a> {
     /// way home.
     #[must_use]
     pub fn leading_cells_with_way_home(&self, path: &[Cell]) -> usize {
-        if self.ways_home.is_none() {
-            return path.len();
-        }
-        let grid = self.terrain.grid();
-        let (mut from, mut length_cells) = (self.robot, 0.0);
-        let leaves_way_home = |&&cell: &&Cell| {
-            length_cells += grid.offset(from, cell).euclidean();
-            from = cell;
-            self.leaves_way_home(cell, length_cells)
-        };
-        path.iter().take_while(leaves_way_home).count()
+        let Self { terrain, robot, ways_home, remaining_cells, .. } = *self;
+        leading_cells_with_way_home(terrain.grid(), robot, path, ways_home, remaining_cells)
     }
+}
+
+/// [`Situation::leading_cells_with_way_home`] without a situation.
+#[must_use]
+pub fn leading_cells_with_way_home(
+    grid: Grid,
+    robot: Cell,
+    path: &[Cell],
+    ways_home: Option<&ShortestPathTree>,
+    remaining_cells: f64,
+) -> usize {
+    let Some(ways_home) = ways_home else { return path.len() };
+    let (mut from, mut length_cells) = (robot, 0.0);
+    let leaves_way_home = |&&cell: &&Cell| {
+        length_cells += grid.offset(from, cell).euclidean();
+        from = cell;
+        is_way_home_within(ways_home, cell, remaining_cells - length_cells)
+    };
+    path.iter().take_while(leaves_way_home).count()
 }
 
 /// Whether the way home from a cell is no longer than this, cells.

@@ -13,7 +13,8 @@ use dragnet_live::page::Page;
 use dragnet_live::replay;
 use dragnet_live::view::{About, View};
 use dragnet_proto::directive::TeamOrder;
-use dragnet_proto::message::{MissionStatus, VerdictReport};
+use dragnet_proto::message::{MissionStatus, OrderReport, VerdictReport};
+use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
 use dragnet_scenario::Places;
 use dragnet_scenario::participant::Participant;
@@ -78,6 +79,7 @@ struct Teller {
     alive: BTreeSet<RobotId>,
     order: TeamOrder,
     verdicts: Verdicts,
+    orders: RobotOrders,
     /// Cells that each robot was in; robots by number.
     paths: Vec<Vec<Cell>>,
 }
@@ -93,6 +95,7 @@ impl Teller {
             alive: BTreeSet::new(),
             order: TeamOrder::Search,
             verdicts: Verdicts::default(),
+            orders: RobotOrders::default(),
         }
     }
 
@@ -121,6 +124,7 @@ impl Teller {
             }
             Record::Status(status) => self.stand(status),
             Record::Verdicts(report) if report.from == Participant::Coordinator => self.judge(report),
+            Record::Orders(report) if report.from == Participant::Coordinator => self.direct(report),
             _ => Vec::new(),
         }
     }
@@ -133,6 +137,20 @@ impl Teller {
             None => {
                 format!("the operator's decision about the find at {} is undone", self.places.on_earth(cell))
             }
+        };
+        new.map(line).collect()
+    }
+
+    fn direct(&mut self, report: &OrderReport) -> Vec<String> {
+        let before = std::mem::replace(&mut self.orders, report.orders.clone());
+        let new = report.orders.iter().filter(|&(robot, order)| !before.includes(robot, order));
+        let line = |(robot, NumberedOrder { order, .. })| match order {
+            RobotOrder::Search => format!("the operator lets robot {robot} search"),
+            RobotOrder::Go(there) => {
+                format!("the operator sends robot {robot} to {}", self.places.on_earth(there))
+            }
+            RobotOrder::Return => format!("the operator calls robot {robot} back to its base"),
+            RobotOrder::Pause => format!("the operator pauses robot {robot}"),
         };
         new.map(line).collect()
     }

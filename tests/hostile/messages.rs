@@ -218,6 +218,7 @@ fn a_message_of_the_greatest_length_takes_a_few_times_as_much_memory() {
             (MessageKind::SyncReply, cdr::encode(&wire::SyncReply { version, ..Default::default() })),
             (MessageKind::MissionStatus, cdr::encode(&wire::MissionStatus { version, ..Default::default() })),
             (MessageKind::Verdicts, cdr::encode(&wire::Verdicts { version, ..Default::default() })),
+            (MessageKind::Orders, cdr::encode(&wire::Orders { version, ..Default::default() })),
         ] {
             begin(format_args!("{kind:?}"));
             let length = bytes.len() - 4..;

@@ -12,7 +12,9 @@ use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_live::view::{About, View};
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::convert::{self, Codec};
+use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::message::{Audience, Message, MessageKind};
+use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::state_machine::{Event, StateMachine};
 use dragnet_proto::validation::{Limits, Rejection};
 use dragnet_proto::verdict::Decision;
@@ -186,14 +188,20 @@ impl World {
 
     fn command(&mut self) -> Command {
         let cell = self.any_cell();
-        match self.random.random_range(0..8) {
-            7 => Command::Return,
-            0 => Command::Pause,
-            1 => Command::Resume,
+        match self.random.random_range(0..9) {
+            8 => Command::Robot(RobotId::FIRST, self.any_order()),
+            7 => Command::Team(TeamOrder::Return),
+            0 => Command::Team(TeamOrder::Pause),
+            1 => Command::Team(TeamOrder::Search),
             2 => Command::Search(vec![cell]),
             3 | 4 => Command::Judge(*Decision::ALL.choose(&mut self.random).unwrap(), cell),
             _ => Command::Mark(*Mark::ALL.choose(&mut self.random).unwrap(), cell),
         }
+    }
+
+    fn any_order(&mut self) -> RobotOrder {
+        let go = RobotOrder::Go(self.any_cell());
+        *[RobotOrder::Search, go, RobotOrder::Return, RobotOrder::Pause].choose(&mut self.random).unwrap()
     }
 
     fn spoil(&mut self, said: &Said) -> Said {

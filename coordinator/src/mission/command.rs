@@ -4,22 +4,16 @@
 use std::sync::Arc;
 
 use dragnet_proto::command::{Command, Mark};
-use dragnet_proto::directive::{Directive, TeamOrder};
-use dragnet_proto::message::{Audience, Message, VerdictReport};
+use dragnet_proto::directive::Directive;
+use dragnet_proto::message::{Audience, Message, OrderReport, VerdictReport};
+use dragnet_proto::orders::{RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, Origin, Source};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 
 use super::{Mission, Outcome, Record};
-
-/// An order that holds already is not given again.
-fn give(now: MissionTime, directive: &mut Directive, order: TeamOrder) {
-    if directive.order != order {
-        directive.give(now.0, order);
-    }
-}
 
 impl Mission {
     /// The operator's directive so far.
@@ -28,14 +22,24 @@ impl Mission {
         &self.directive
     }
 
+    /// The operator's orders to single robots so far.
+    #[must_use]
+    pub const fn orders(&self) -> &RobotOrders {
+        &self.orders
+    }
+
     pub(super) fn command(&mut self, now: MissionTime, command: Command, outcome: &mut Outcome) {
         let mut directive = self.directive.clone();
         match command {
             Command::Mark(mark, cell) => return self.mark(now, mark, cell, outcome),
             Command::Judge(decision, cell) => return self.judge(now, decision, cell, outcome),
-            Command::Pause => give(now, &mut directive, TeamOrder::Pause),
-            Command::Resume => give(now, &mut directive, TeamOrder::Search),
-            Command::Return => give(now, &mut directive, TeamOrder::Return),
+            Command::Robot(robot, order) => return self.order(now, robot, order, outcome),
+            Command::Team(order) => {
+                // An order that all robots have already is not given again.
+                if directive.order != order || self.orders.newest() > directive.number {
+                    directive.give(now.0.max(self.orders.newest().saturating_add(1)), order);
+                }
+            }
             Command::Search(cells) => {
                 let terrain = &self.config.terrain;
                 directive.added.extend(cells.into_iter().filter(|&cell| !terrain.is_searched(cell)));
@@ -54,6 +58,27 @@ impl Mission {
         let new = self.replica.knowledge_mut().search_also(terrain, added, self.added_prior);
         self.declarations.review(now, self.replica.knowledge().belief(), new);
         self.report(now, outcome);
+    }
+
+    fn order(&mut self, now: MissionTime, robot: RobotId, order: RobotOrder, outcome: &mut Outcome) {
+        if self.orders.current(robot, &self.directive) == order {
+            return;
+        }
+        let mut orders = self.orders.clone();
+        orders.give(now.0, robot, order, &self.directive);
+        self.learn_orders(now, &orders, outcome);
+    }
+
+    /// Merges orders to single robots, from here or from a robot; if any is news, all are recorded and published to all.
+    pub(super) fn learn_orders(&mut self, now: MissionTime, orders: &RobotOrders, outcome: &mut Outcome) {
+        if self.orders.merge(now, orders) {
+            outcome.records.push(Record::Orders(self.order_report(now)));
+            self.report(now, outcome);
+        }
+    }
+
+    pub(crate) fn order_report(&self, now: MissionTime) -> OrderReport {
+        OrderReport { from: Participant::Coordinator, time_ns: now.0, orders: self.orders.clone() }
     }
 
     /// The operator's verdicts so far.

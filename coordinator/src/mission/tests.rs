@@ -1,6 +1,7 @@
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Activity, SyncReply, SyncRequest};
+use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Origin, Source, Version};
@@ -328,25 +329,61 @@ fn command(mission: &mut Mission, now: MissionTime, command: Command) -> Outcome
 #[test]
 fn a_pause_is_published_at_once_and_the_newest_order_counts() {
     let mut mission = mission();
-    let reported = command(&mut mission, at(3), Command::Pause);
+    let reported = command(&mut mission, at(3), Command::Team(TeamOrder::Pause));
     assert_eq!(statuses(&reported)[0].directive.order, TeamOrder::Pause);
-    assert!(is_nothing(&command(&mut mission, at(4), Command::Pause)), "it is paused already");
-    let resumed = command(&mut mission, at(5), Command::Resume);
+    assert!(
+        is_nothing(&command(&mut mission, at(4), Command::Team(TeamOrder::Pause))),
+        "it is paused already"
+    );
+    let resumed = command(&mut mission, at(5), Command::Team(TeamOrder::Search));
     assert_eq!(statuses(&resumed)[0].directive.order, TeamOrder::Search);
     assert_eq!(mission.directive().number, at(5).0);
 }
 
 #[test]
+fn an_order_to_one_robot_is_recorded_published_and_ended_by_an_order_to_all() {
+    let mut mission = mission();
+    let to_one = |order| Command::Robot(ONE, order);
+    let orders = |outcome: &Outcome| -> Vec<RobotOrders> {
+        let published = outcome.effects.published.iter();
+        published
+            .filter_map(|(_, it)| if let Message::Orders(it) = it { Some(it.orders.clone()) } else { None })
+            .collect()
+    };
+    assert!(orders(&mission.react(at(1), Event::Commanded(Command::Team(TeamOrder::Pause)))).is_empty());
+    let sent = command(&mut mission, at(3), to_one(RobotOrder::Go(cell(5))));
+    let recorded =
+        |record: &Record| matches!(record, Record::Orders(it) if it.from == Participant::Coordinator);
+    assert_eq!((orders(&sent).len(), sent.records.iter().filter(|it| recorded(it)).count()), (1, 1));
+    let current =
+        |mission: &Mission| [ONE, TWO].map(|robot| mission.orders().current(robot, mission.directive()));
+    assert_eq!(current(&mission), [RobotOrder::Go(cell(5)), RobotOrder::Pause]);
+    assert!(
+        is_nothing(&command(&mut mission, at(4), to_one(RobotOrder::Go(cell(5))))),
+        "it goes there already"
+    );
+    // All are paused, and one of them is not: the order is given again. The clock is behind.
+    command(&mut mission, at(2), Command::Team(TeamOrder::Pause));
+    assert_eq!(current(&mission), [RobotOrder::Pause; 2]);
+    // A robot knows an order that this coordinator forgot.
+    let mut others = mission.orders().clone();
+    others.give(at(9).0, TWO, RobotOrder::Return, mission.directive());
+    let report = OrderReport { from: Participant::Robot(ONE), time_ns: at(9).0, orders: others };
+    assert_eq!(orders(&receive(&mut mission, at(9), ONE, Message::Orders(report))).len(), 1);
+    assert_eq!(current(&mission), [RobotOrder::Pause, RobotOrder::Return]);
+}
+
+#[test]
 fn a_coordinator_that_starts_again_learns_of_a_pause_and_can_end_it() {
     let mut before = mission();
-    command(&mut before, at(100), Command::Pause);
+    command(&mut before, at(100), Command::Team(TeamOrder::Pause));
     let mut again = mission();
     let Message::Heartbeat(beat) = heartbeat(ONE, at(1), Vec::new()) else { panic!("no heartbeat") };
     let beat = Heartbeat { directive: before.directive().clone(), ..beat };
     let learned = receive(&mut again, at(1), ONE, Message::Heartbeat(beat));
     assert_eq!(statuses(&learned)[0].directive.order, TeamOrder::Pause, "a pause is not lifted by a restart");
     // Its clock is far behind that of the one before.
-    command(&mut again, at(2), Command::Resume);
+    command(&mut again, at(2), Command::Team(TeamOrder::Search));
     let mut robot = before.directive().clone();
     assert!(robot.merge(at(2), again.directive()) && robot.order == TeamOrder::Search);
 }

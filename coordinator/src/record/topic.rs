@@ -39,6 +39,8 @@ pub(crate) enum RobotTopic {
     Heartbeat,
     /// `dragnet_msgs/msg/Verdicts`.
     Verdicts,
+    /// `dragnet_msgs/msg/Orders`.
+    Orders,
 }
 
 impl Topic {
@@ -72,8 +74,15 @@ impl fmt::Display for Topic {
 }
 
 impl RobotTopic {
-    const ALL: [Self; 6] =
-        [Self::Pose, Self::Path, Self::Observation, Self::Intent, Self::Heartbeat, Self::Verdicts];
+    const ALL: [Self; 7] = [
+        Self::Pose,
+        Self::Path,
+        Self::Observation,
+        Self::Intent,
+        Self::Heartbeat,
+        Self::Verdicts,
+        Self::Orders,
+    ];
 
     const fn name(self) -> &'static str {
         match self {
@@ -83,6 +92,7 @@ impl RobotTopic {
             Self::Intent => "intent",
             Self::Heartbeat => "heartbeat",
             Self::Verdicts => "verdicts",
+            Self::Orders => "orders",
         }
     }
 

@@ -1,9 +1,9 @@
 import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
-const BUTTONS = ["pause", "return", "searched", "clue", "area", "corner", "close"];
+const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close"];
 const MISSING = {
     close: "An area needs at least three corners",
-    return: "The robots are called back already",
+    return: "Called back already",
 };
 export class Controls {
     map;
@@ -21,7 +21,8 @@ export class Controls {
         this.began = began;
         const act = {
             pause: () => this.pause(),
-            return: () => this.callBack(),
+            return: () => this.order("return"),
+            go: () => this.go(),
             searched: () => this.mark("searched"),
             clue: () => this.mark("clue"),
             area: () => this.draw(!this.isDrawing),
@@ -30,6 +31,7 @@ export class Controls {
         };
         for (const id of BUTTONS)
             element(id, HTMLButtonElement).addEventListener("click", act[id]);
+        element("whom", HTMLSelectElement).addEventListener("change", () => this.show());
         document.addEventListener("keydown", (event) => this.key(event));
     }
     async begin() {
@@ -56,8 +58,8 @@ export class Controls {
         this.show();
     }
     acknowledge(mission) {
-        const { what, time } = this.given ?? { what: "", time: 0 };
-        const order = mission.orders.find((it) => it.what === what && it.time >= time);
+        const { what, time, robot } = this.given ?? { what: "", time: 0, robot: null };
+        const order = mission.orders.find((it) => it.what === what && it.robot === robot && it.time >= time);
         const text = order === undefined ? "" : sentence(acknowledged(mission, order));
         const place = element("acknowledged", HTMLElement);
         place.hidden = text === "";
@@ -73,15 +75,41 @@ export class Controls {
     get reason() {
         return this.lock ?? (this.isConnected ? undefined : "Not connected: what the page shows is out of date.");
     }
+    get whom() {
+        const { value } = element("whom", HTMLSelectElement);
+        return value === "" ? null : Number(value);
+    }
+    get chosen() {
+        const robots = this.mission?.frame?.robots ?? [];
+        return this.whom === null ? robots : robots.filter((robot) => robot.robot === this.whom);
+    }
     get isHeld() {
-        const frame = this.mission?.frame;
-        return frame !== undefined && (frame.is_paused || frame.is_called_back);
+        return this.chosen.length > 0 && this.chosen.every((robot) => robot.order !== "resume");
+    }
+    offerRobots() {
+        const robots = this.mission?.frame?.robots ?? [];
+        element("whom-choice", HTMLElement).hidden = robots.length < 2;
+        const select = element("whom", HTMLSelectElement);
+        if (select.options.length === robots.length + 1)
+            return;
+        const chosen = select.value;
+        while (select.options.length > 1)
+            select.remove(1);
+        for (const { robot } of robots)
+            select.add(new Option(`robot ${robot}`, String(robot)));
+        select.value = chosen;
+    }
+    get one() {
+        return this.chosen.length === 1 ? this.chosen[0]?.robot : undefined;
     }
     show() {
+        this.offerRobots();
         const hasCursor = this.map.cursor !== undefined;
+        const missing = { ...MISSING, ...(this.one === undefined ? { go: "Choose one robot first" } : {}) };
         const needs = {
             pause: true,
-            return: this.mission?.frame?.is_called_back !== true,
+            return: this.chosen.some((robot) => robot.order !== "return"),
+            go: hasCursor && this.one !== undefined,
             searched: hasCursor,
             clue: hasCursor,
             area: true,
@@ -91,10 +119,11 @@ export class Controls {
         for (const id of BUTTONS) {
             const button = element(id, HTMLButtonElement);
             button.disabled = this.reason !== undefined || !needs[id];
-            button.title = this.reason ?? (needs[id] ? "" : MISSING[id] ?? "Choose a cell first");
+            button.title = this.reason ?? (needs[id] ? "" : missing[id] ?? "Choose a cell first");
         }
         const pause = element("pause", HTMLButtonElement);
-        const text = this.isHeld ? "Resume all robots" : "Pause all robots";
+        const whom = this.whom === null ? "all robots" : `robot ${this.whom}`;
+        const text = `${this.isHeld ? "Resume" : "Pause"} ${whom}`;
         if (pause.textContent !== text)
             pause.textContent = text;
         element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
@@ -111,7 +140,8 @@ export class Controls {
         if (this.reason !== undefined || isTyping || event.ctrlKey || event.altKey || event.metaKey)
             return;
         const act = {
-            p: () => this.pause(),
+            P: () => event.shiftKey && this.pause(),
+            g: () => this.go(),
             s: () => this.mark("searched"),
             c: () => this.mark("clue"),
             a: () => this.draw(!this.isDrawing),
@@ -125,11 +155,20 @@ export class Controls {
             act[event.key]?.();
     }
     pause() {
-        const command = this.isHeld ? "resume" : "pause";
-        void this.ask({ command }, command);
+        this.order(this.isHeld ? "resume" : "pause");
     }
-    callBack() {
-        void this.ask({ command: "return" }, "return");
+    order(command) {
+        const robot = this.whom;
+        void this.ask(robot === null ? { command } : { command, robot }, command, robot);
+    }
+    go() {
+        const robot = this.one;
+        if (robot === undefined || this.map.cursor === undefined || this.mission === undefined) {
+            this.answer("Choose one robot, and a cell on the map, first.");
+            return;
+        }
+        const [row, column] = this.mission.place(this.map.cursor);
+        void this.ask({ command: "go", robot, row, column }, "go", robot);
     }
     mark(as) {
         if (this.map.cursor === undefined || this.mission === undefined) {
@@ -179,10 +218,10 @@ export class Controls {
     headers() {
         return { Authorization: `Bearer ${this.token ?? ""}` };
     }
-    async ask(command, what) {
+    async ask(command, what, robot = null) {
         if (this.reason !== undefined)
             return;
-        this.given = { what, time: this.mission?.frame?.time ?? 0 };
+        this.given = { what, time: this.mission?.frame?.time ?? 0, robot };
         try {
             const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
             const { message, error } = (await answer.json());

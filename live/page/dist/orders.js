@@ -18,6 +18,7 @@ function named(mission, order) {
         pause: "Pause",
         resume: "Resume",
         return: "Return to base",
+        go: `Go to${cell}`,
         area: `Area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`,
         searched: `Marked searched${cell}`,
         clue: `Marked clue${cell}`,
@@ -25,9 +26,12 @@ function named(mission, order) {
         dismissed: `Find${cell} dismissed`,
         undone: `Decision about find${cell} undone`,
     };
-    return names[order.what];
+    const name = names[order.what];
+    return order.robot === null ? name : `Robot ${order.robot}: ${name}`;
 }
-export function acknowledged(mission, { has, waits }) {
+export function acknowledged(mission, { has, waits, robot }) {
+    if (waits.length === 0 && robot !== null)
+        return `robot ${robot} has it`;
     if (waits.length === 0)
         return has.length === 1 ? "the robot has it" : "all robots have it";
     const lost = new Set((mission.frame?.robots ?? []).filter((robot) => robot.state === "lost").map((robot) => robot.robot));

@@ -24,6 +24,8 @@ const SIGNS = {
     waiting: "◷ waiting for others",
     returning: "⌂ returning to base",
     recalled: "⌂ called back to base",
+    sent: "➤ goes where it is sent",
+    holding: "◆ holds where it was sent",
 };
 export function showPanel(mission, goTo) {
     const frame = mission.frame;

@@ -1,19 +1,19 @@
 // Commands to the mission: buttons and keys, for operators with the token.
 
 import type { MapView } from "./map.js";
-import type { Mission } from "./mission.js";
+import type { Mission, RobotFrame, RobotOrder } from "./mission.js";
 import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
 
 /** Why the controls are disabled; undefined if they are not. */
 export type Lock = string | undefined;
 
-const BUTTONS = ["pause", "return", "searched", "clue", "area", "corner", "close"] as const;
+const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close"] as const;
 
 /** What a button waits for, if it is not a cell. */
 const MISSING: Partial<Record<(typeof BUTTONS)[number], string>> = {
   close: "An area needs at least three corners",
-  return: "The robots are called back already",
+  return: "Called back already",
 };
 
 export class Controls {
@@ -21,8 +21,8 @@ export class Controls {
   private lock: Lock = "checking the token …";
   private isConnected = false;
   isDrawing = false;
-  /** The command that was given last, and when. */
-  private given: { what: string; time: number } | undefined;
+  /** The command that was given last, when, and to which robot. */
+  private given: { what: string; time: number; robot: number | null } | undefined;
   readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
 
   constructor(
@@ -33,7 +33,8 @@ export class Controls {
   ) {
     const act: Record<(typeof BUTTONS)[number], () => void> = {
       pause: () => this.pause(),
-      return: () => this.callBack(),
+      return: () => this.order("return"),
+      go: () => this.go(),
       searched: () => this.mark("searched"),
       clue: () => this.mark("clue"),
       area: () => this.draw(!this.isDrawing),
@@ -41,6 +42,7 @@ export class Controls {
       close: () => this.close(),
     };
     for (const id of BUTTONS) element(id, HTMLButtonElement).addEventListener("click", act[id]);
+    element("whom", HTMLSelectElement).addEventListener("change", () => this.show());
     document.addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -71,8 +73,8 @@ export class Controls {
 
   /** Which robots have the command that was given last. */
   private acknowledge(mission: Mission): void {
-    const { what, time } = this.given ?? { what: "", time: 0 };
-    const order = mission.orders.find((it) => it.what === what && it.time >= time);
+    const { what, time, robot } = this.given ?? { what: "", time: 0, robot: null };
+    const order = mission.orders.find((it) => it.what === what && it.robot === robot && it.time >= time);
     const text = order === undefined ? "" : sentence(acknowledged(mission, order));
     const place = element("acknowledged", HTMLElement);
     place.hidden = text === "";
@@ -91,17 +93,48 @@ export class Controls {
     return this.lock ?? (this.isConnected ? undefined : "Not connected: what the page shows is out of date.");
   }
 
-  /** Whether the operator keeps the robots from searching. */
+  /** The robot that orders are to; null if they are to all. */
+  private get whom(): number | null {
+    const { value } = element("whom", HTMLSelectElement);
+    return value === "" ? null : Number(value);
+  }
+
+  /** The robots that orders are to. */
+  private get chosen(): RobotFrame[] {
+    const robots = this.mission?.frame?.robots ?? [];
+    return this.whom === null ? robots : robots.filter((robot) => robot.robot === this.whom);
+  }
+
+  /** Whether the operator keeps the robots that orders are to from searching. */
   private get isHeld(): boolean {
-    const frame = this.mission?.frame;
-    return frame !== undefined && (frame.is_paused || frame.is_called_back);
+    return this.chosen.length > 0 && this.chosen.every((robot) => robot.order !== "resume");
+  }
+
+  /** Offers each robot of the team to give orders to, if there are several. */
+  private offerRobots(): void {
+    const robots = this.mission?.frame?.robots ?? [];
+    element("whom-choice", HTMLElement).hidden = robots.length < 2;
+    const select = element("whom", HTMLSelectElement);
+    if (select.options.length === robots.length + 1) return;
+    const chosen = select.value;
+    while (select.options.length > 1) select.remove(1);
+    for (const { robot } of robots) select.add(new Option(`robot ${robot}`, String(robot)));
+    select.value = chosen;
+  }
+
+  /** The one robot that can be sent somewhere. */
+  private get one(): number | undefined {
+    return this.chosen.length === 1 ? this.chosen[0]?.robot : undefined;
   }
 
   private show(): void {
+    this.offerRobots();
     const hasCursor = this.map.cursor !== undefined;
+    const missing = { ...MISSING, ...(this.one === undefined ? { go: "Choose one robot first" } : {}) };
     const needs: Record<(typeof BUTTONS)[number], boolean> = {
       pause: true,
-      return: this.mission?.frame?.is_called_back !== true,
+      return: this.chosen.some((robot) => robot.order !== "return"),
+      go: hasCursor && this.one !== undefined,
       searched: hasCursor,
       clue: hasCursor,
       area: true,
@@ -111,10 +144,11 @@ export class Controls {
     for (const id of BUTTONS) {
       const button = element(id, HTMLButtonElement);
       button.disabled = this.reason !== undefined || !needs[id];
-      button.title = this.reason ?? (needs[id] ? "" : MISSING[id] ?? "Choose a cell first");
+      button.title = this.reason ?? (needs[id] ? "" : missing[id] ?? "Choose a cell first");
     }
     const pause = element("pause", HTMLButtonElement);
-    const text = this.isHeld ? "Resume all robots" : "Pause all robots";
+    const whom = this.whom === null ? "all robots" : `robot ${this.whom}`;
+    const text = `${this.isHeld ? "Resume" : "Pause"} ${whom}`;
     if (pause.textContent !== text) pause.textContent = text;
     element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
     element("corner", HTMLButtonElement).hidden = !this.isDrawing;
@@ -130,8 +164,10 @@ export class Controls {
     const target = event.target;
     const isTyping = target instanceof HTMLSelectElement;
     if (this.reason !== undefined || isTyping || event.ctrlKey || event.altKey || event.metaKey) return;
-    const act: Record<string, () => void> = {
-      p: () => this.pause(),
+    const act: Record<string, () => unknown> = {
+      // A fleet does not stop by accident.
+      P: () => event.shiftKey && this.pause(),
+      g: () => this.go(),
       s: () => this.mark("searched"),
       c: () => this.mark("clue"),
       a: () => this.draw(!this.isDrawing),
@@ -144,12 +180,22 @@ export class Controls {
   }
 
   private pause(): void {
-    const command = this.isHeld ? "resume" : "pause";
-    void this.ask({ command }, command);
+    this.order(this.isHeld ? "resume" : "pause");
   }
 
-  private callBack(): void {
-    void this.ask({ command: "return" }, "return");
+  private order(command: RobotOrder): void {
+    const robot = this.whom;
+    void this.ask(robot === null ? { command } : { command, robot }, command, robot);
+  }
+
+  private go(): void {
+    const robot = this.one;
+    if (robot === undefined || this.map.cursor === undefined || this.mission === undefined) {
+      this.answer("Choose one robot, and a cell on the map, first.");
+      return;
+    }
+    const [row, column] = this.mission.place(this.map.cursor);
+    void this.ask({ command: "go", robot, row, column }, "go", robot);
   }
 
   private mark(as: "searched" | "clue"): void {
@@ -203,9 +249,9 @@ export class Controls {
     return { Authorization: `Bearer ${this.token ?? ""}` };
   }
 
-  private async ask(command: unknown, what: string): Promise<void> {
+  private async ask(command: unknown, what: string, robot: number | null = null): Promise<void> {
     if (this.reason !== undefined) return;
-    this.given = { what, time: this.mission?.frame?.time ?? 0 };
+    this.given = { what, time: this.mission?.frame?.time ?? 0, robot };
     try {
       const answer = await fetch("command", { method: "POST", headers: this.headers(), body: JSON.stringify(command) });
       const { message, error } = (await answer.json()) as { message?: string; error?: string };

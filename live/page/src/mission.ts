@@ -66,11 +66,15 @@ export interface Frame {
   curve?: Point[];
 }
 
-export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning" | "recalled";
+export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning" | "recalled" | "sent" | "holding";
+
+/** What the operator wants of a robot. */
+export type RobotOrder = "resume" | "go" | "return" | "pause";
 
 export interface RobotFrame {
   robot: number;
   state: State;
+  order: RobotOrder;
   /** Whether several processes have its number. */
   is_doubled: boolean;
   cell: number | null;
@@ -100,7 +104,9 @@ export interface Dismissed {
 /** A command of the operator, the robots that have it, and those of which that is not known. */
 export interface OrderFrame {
   time: number;
-  what: "pause" | "resume" | "return" | "area" | "searched" | "clue" | "confirmed" | "dismissed" | "undone";
+  what: RobotOrder | "area" | "searched" | "clue" | "confirmed" | "dismissed" | "undone";
+  /** The robot that it is for; null if it is for all. */
+  robot: number | null;
   cell: number | null;
   cells: number;
   has: number[];

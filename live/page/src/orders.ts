@@ -21,6 +21,7 @@ function named(mission: Mission, order: OrderFrame): string {
     pause: "Pause",
     resume: "Resume",
     return: "Return to base",
+    go: `Go to${cell}`,
     area: `Area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`,
     searched: `Marked searched${cell}`,
     clue: `Marked clue${cell}`,
@@ -28,11 +29,13 @@ function named(mission: Mission, order: OrderFrame): string {
     dismissed: `Find${cell} dismissed`,
     undone: `Decision about find${cell} undone`,
   };
-  return names[order.what];
+  const name = names[order.what];
+  return order.robot === null ? name : `Robot ${order.robot}: ${name}`;
 }
 
 /** `robots 1, 3 have it; waiting for 2 (lost)`. */
-export function acknowledged(mission: Mission, { has, waits }: OrderFrame): string {
+export function acknowledged(mission: Mission, { has, waits, robot }: OrderFrame): string {
+  if (waits.length === 0 && robot !== null) return `robot ${robot} has it`;
   if (waits.length === 0) return has.length === 1 ? "the robot has it" : "all robots have it";
   const lost = new Set((mission.frame?.robots ?? []).filter((robot) => robot.state === "lost").map((robot) => robot.robot));
   const groups = [[waits.filter((robot) => !lost.has(robot)), ""], [waits.filter((robot) => lost.has(robot)), " (lost)"]] as const;

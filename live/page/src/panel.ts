@@ -27,6 +27,8 @@ const SIGNS: Record<RobotFrame["state"], string> = {
   waiting: "◷ waiting for others",
   returning: "⌂ returning to base",
   recalled: "⌂ called back to base",
+  sent: "➤ goes where it is sent",
+  holding: "◆ holds where it was sent",
 };
 
 export function showPanel(mission: Mission, goTo: (cell: number) => void): void {

@@ -28,6 +28,7 @@ async function live() {
     await shot(page, "live.png");
 
     await page.keyboard.press("p");
+    await page.keyboard.press("Shift+P");
     await until("all robots are paused", async () => (await states(page)).every((state) => state === "paused"));
     const stopped = await cells(page);
     const since = await seconds(page);
@@ -36,6 +37,8 @@ async function live() {
     assert.equal(await text(page, "state"), "paused");
     assert.equal(await text(page, "pause"), "Resume all robots");
     await shot(page, "paused.png");
+
+    await sendOne(page, stopped);
 
     // A mark: the belief of that cell rises. No robot observes meanwhile.
     await moveTo(page, 16, 19);
@@ -74,12 +77,32 @@ async function live() {
     }
     await answered(page, () => page.keyboard.press("f"), /searched already/);
 
+    assert.equal(await text(page, "pause"), "Resume all robots");
+    const held = await cells(page);
     await page.locator("#pause").click();
-    await until("robots go on", async () => (await cells(page)).some((cell, index) => cell !== stopped[index]));
+    await until("robots go on", async () => (await cells(page)).some((cell, index) => cell !== held[index]));
     assert.equal(await text(page, "state"), "live");
     await reach(page);
     await fits(page);
   });
+}
+
+/** One of the paused robots is sent to where another stands, and holds there. */
+async function sendOne(page, stopped) {
+  const there = /\[(\d+), (\d+)\]/.exec(stopped[0]).slice(1).map(Number);
+  await moveTo(page, ...there);
+  assert.equal(await page.locator("#go").getAttribute("title"), "Choose one robot first");
+  await page.locator("#whom").selectOption({ label: "robot 2" });
+  assert.equal(await text(page, "pause"), "Resume robot 2");
+  await answered(page, () => page.locator("#go").click(), /Robot 2 is sent to cell \[\d+, \d+\], and stays there/);
+  await until("it has it", async () => (await text(page, "acknowledged")) === "Robot 2 has it.");
+  await until("it goes", async () => (await states(page))[1] !== "paused");
+  await shot(page, "sent.png");
+  await until("it is there, and holds", async () => (await states(page))[1] === "holding");
+  assert.ok((await states(page)).every((state, index) => index === 1 || state === "paused"), "no other robot goes");
+  assert.equal((await cells(page))[1], stopped[0]);
+  assert.match(await page.locator("#orders li").first().textContent(), /Robot 2: Go to \[\d+, \d+\]: robot 2 has it$/);
+  await page.locator("#whom").selectOption({ label: "all robots" });
 }
 
 /** Every control is reached by Tab, and shows that it is. */
@@ -90,7 +113,7 @@ async function reach(page) {
     await page.keyboard.press("Tab");
     reached.add(await page.evaluate(() => document.activeElement?.id));
   }
-  const controls = ["sound", "ground", "zoom-in", "zoom-out", "whole", "measure", "base-probability", "pause", "return", "searched", "clue", "area"];
+  const controls = ["sound", "ground", "zoom-in", "zoom-out", "whole", "measure", "base-probability", "whom", "pause", "return", "searched", "clue", "area"];
   for (const id of controls) assert.ok(reached.has(id), `${id} by Tab`);
   const unnamed = await page.locator("button:visible, input:visible, select:visible").evaluateAll((all) =>
     all.filter((it) => !(it.textContent.trim() || it.labels?.length || it.ariaLabel)).map((it) => it.id));
@@ -103,12 +126,12 @@ async function fits(page) {
     await page.setViewportSize({ width, height });
     await page.evaluate(() => scrollTo(0, 0));
     await settle(page);
-    const boxes = await page.locator("#controls button:visible, #stage").evaluateAll((all) =>
+    const boxes = await page.locator("#controls button:visible, #whom:visible, #stage").evaluateAll((all) =>
       all.map((it) => [it.id, it.getBoundingClientRect()].map((part) => part.toJSON?.() ?? part)));
     for (const [id, box] of boxes) {
       assert.ok(box.top >= 0 && box.left >= 0 && box.bottom <= height && box.right <= width, `${id} on ${width} x ${height}`);
     }
-    assert.equal(boxes.length, 6, "the map and five commands");
+    assert.equal(boxes.length, 8, "the map, six commands, and whom they are to");
     const stage = boxes.find(([id]) => id === "stage")[1];
     assert.ok(stage.height > 0.45 * height, `${stage.height} pixels of map on ${width} x ${height}`);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth);
@@ -129,7 +152,7 @@ async function readOnly() {
       assert.ok(await page.locator(`#${id}`).isDisabled(), id);
       assert.match(await page.locator(`#${id}`).getAttribute("title"), /token/);
     }
-    await page.keyboard.press("p");
+    await page.keyboard.press("Shift+P");
     const status = await page.evaluate(() => fetch("command", { method: "POST", body: '{"command":"pause"}' }).then((it) => it.status));
     assert.equal(status, 401);
   });
@@ -216,7 +239,7 @@ const colored = (page, color) => page.evaluate((wanted) => {
 
 /** What was looked at and what not is told apart by color, and layers can be switched off. */
 async function layers(page) {
-  await page.keyboard.press("p");
+  await page.keyboard.press("Shift+P");
   await until("all robots are paused", async () => (await states(page)).every((state) => state === "paused"));
   const never = [240, 138, 56];
   assert.equal(await colored(page, never), 0);
@@ -255,7 +278,7 @@ async function stale() {
       assert.match(await text(page, "trouble"), /since \d+:\d\d:\d\d.*mission time \d+:\d\d, 3 robots, \d finds?/);
       for (const id of ["pause", "area"]) assert.ok(await page.locator(`#${id}`).isDisabled(), id);
       const at = await seconds(page);
-      await page.keyboard.press("p");
+      await page.keyboard.press("Shift+P");
       await shot(page, "stale.png");
       await until("the stream is given up", async () => (await text(page, "state")) === "not connected");
       radio.thaw();

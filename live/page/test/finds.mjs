@@ -18,7 +18,7 @@ async function find(page, line, column) {
 export async function finds() {
   await browse(address, {}, async (page) => {
     await until("robots search", async () => (await states(page)).every((state) => state === "searching"));
-    await page.keyboard.press("p");
+    await page.keyboard.press("Shift+P");
     await until("all robots are paused", async () => (await states(page)).every((state) => state === "paused"));
     await until("all have the pause", async () => (await text(page, "acknowledged")) === "All robots have it.");
     assert.match((await commands(page))[0], /^\d+:\d\d Pause: all robots have it$/);
@@ -69,7 +69,7 @@ export async function finds() {
 export async function cutOff() {
   await browse(address, {}, async (page) => {
     await until("robot 1 is heard", async () => (await states(page))[0] === "searching");
-    await page.keyboard.press("p");
+    await page.keyboard.press("Shift+P");
     await until("robot 1 has the pause", async () => (await text(page, "acknowledged")) === "Robot 1 has it; waiting for 2, 3.");
     assert.match((await commands(page))[0], /^\d+:\d\d Pause: robot 1 has it; waiting for 2, 3$/);
     await shot(page, "cut_off.png");

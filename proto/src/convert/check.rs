@@ -136,6 +136,23 @@ impl Check {
         }
     }
 
+    /// Each number once.
+    pub(super) fn ascending<N: Copy + Ord + Into<u64>>(
+        self,
+        name: &'static str,
+        numbers: &[N],
+    ) -> Result<(), ConvertError> {
+        let unordered = numbers.windows(2).position(|pair| pair[0] >= pair[1]);
+        match unordered {
+            Some(index) => Err(ConvertError::Order {
+                at: self.at_entry(name, index + 1),
+                found: numbers[index + 1].into(),
+                before: numbers[index].into(),
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// Numbers of robots of the team.
     pub(super) fn team(self, name: &'static str, found: &[u16]) -> Result<Vec<RobotId>, ConvertError> {
         self.at_most(self.robots.into(), name, found.len())?;
@@ -186,9 +203,11 @@ impl Check {
             5 => Ok(Activity::Waiting),
             6 => Ok(Activity::Returning),
             7 => Ok(Activity::Recalled),
+            8 => Ok(Activity::Sent),
+            9 => Ok(Activity::Holding),
             _ => {
-                let allowed =
-                    "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting, 6 returning, 7 recalled";
+                let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting, 6 returning, 7 recalled, \
+                               8 sent, 9 holding";
                 Err(ConvertError::Alternative { at: self.at("activity"), found, allowed })
             }
         }
@@ -226,6 +245,8 @@ pub(super) const fn activity_number(activity: Activity) -> u8 {
         Activity::Waiting => 5,
         Activity::Returning => 6,
         Activity::Recalled => 7,
+        Activity::Sent => 8,
+        Activity::Holding => 9,
     }
 }
 

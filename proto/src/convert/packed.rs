@@ -318,6 +318,31 @@ impl Packed for wire::Verdicts {
     }
 }
 
+impl Packed for wire::Orders {
+    fn write(&self, to: &mut Writer, _: Map) {
+        to.number(self.robot);
+        to.number(self.time_ns);
+        write_robots(to, &self.robots);
+        for ((&number, &order), &cell) in self.numbers.iter().zip(&self.orders).zip(&self.cells) {
+            to.number(number);
+            to.byte(order);
+            to.number(cell);
+        }
+    }
+
+    fn read(from: &mut Reader<'_>, _: Grid) -> Result<Self, PackedError> {
+        let (robot, time_ns) = (from.number()?, from.number()?);
+        let robots = from.list(MAX_ROBOTS, Reader::number)?;
+        let empty = Self { version: wire::VERSION, robot, time_ns, ..Self::default() };
+        robots.iter().try_fold(Self { robots: robots.clone(), ..empty }, |mut orders, _| {
+            orders.numbers.push(from.number()?);
+            orders.orders.push(from.byte()?);
+            orders.cells.push(from.number()?);
+            Ok(orders)
+        })
+    }
+}
+
 fn write_list<T: Packed>(to: &mut Writer, map: Map, list: &[T]) {
     to.length(list.len());
     for element in list {

@@ -176,7 +176,7 @@ impl Check {
         kind.ok_or(ConvertError::Alternative {
             at: self.at_entry("kinds", index),
             found,
-            allowed: "0 observation, 1 intent, 2 heartbeat, 3 sync request, 4 sync reply, 5 mission status, 6 verdicts",
+            allowed: "0 observation, 1 intent, 2 heartbeat, 3 sync request, 4 sync reply, 5 mission status, 6 verdicts, 7 orders",
         })
     }
 
@@ -225,6 +225,7 @@ const fn kind_number(kind: MessageKind) -> u8 {
         MessageKind::SyncReply => 4,
         MessageKind::MissionStatus => 5,
         MessageKind::Verdicts => 6,
+        MessageKind::Orders => 7,
     }
 }
 

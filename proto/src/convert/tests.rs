@@ -136,7 +136,7 @@ fn a_heartbeat_out_of_range_is_rejected_by_field() {
             &format!("dragnet_msgs/msg/Heartbeat .. {expected}"),
         );
     };
-    check(|wire| wire.activity = 8, "activity .. 8 .. 0 searching .. 7 recalled");
+    check(|wire| wire.activity = 10, "activity .. 10 .. 0 searching .. 9 holding");
     check(|wire| wire.directive.order = 3, "directive.order .. 3 .. 0 search, 1 pause, 2 return");
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters .. inf .. from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot .. 8 .. 7");
@@ -236,6 +236,34 @@ fn verdicts_are_rejected_by_field() {
     check(|it| it.decisions[0] = 3, "decisions[0] .. 3 .. 2 confirmed");
     check(|it| it.log_odds[0] = 1, "log_odds[0] .. 1 .. -1 if dismissed");
     check(|it| it.log_odds[1] = 5, "log_odds[1] .. 5 .. 2^61 if confirmed");
+    check(|it| it.version = 9, "version .. 9 .. 4");
+}
+
+#[test]
+fn orders_to_single_robots_are_rejected_by_field() {
+    let good = wire::Orders {
+        version: wire::VERSION,
+        robot: 0,
+        time_ns: 3,
+        robots: vec![1, 2],
+        numbers: vec![5, 6],
+        orders: vec![1, 3],
+        cells: vec![4, 0],
+    };
+    let read = Codec::new(grid()).decode(MessageKind::Orders, &cdr::encode(&good)).unwrap();
+    assert!(check_sender(&read, Participant::Coordinator).is_ok());
+    assert!(check_sender(&read, Participant::Robot(RobotId::FIRST)).is_err());
+    let check = |change: fn(&mut wire::Orders), expected: &str| {
+        let mut wire = good.clone();
+        change(&mut wire);
+        let expected = format!("dragnet_msgs/msg/Orders .. {expected}");
+        assert_mentions(&refusal(MessageKind::Orders, &wire), &expected);
+    };
+    check(|it| it.cells[0] = 6, "cells[0] .. 6 .. 0 to 5");
+    check(|it| it.robots[1] = 1, "robots[1] .. 1 .. 1 .. ascending");
+    check(|it| it.robots[0] = 0, "robots[0] .. 0 .. from 1");
+    check(|it| it.numbers.truncate(1), "numbers .. 1 .. 2 .. `robots`");
+    check(|it| it.orders[0] = 4, "orders[0] .. 4 .. 3 pause");
     check(|it| it.version = 9, "version .. 9 .. 4");
 }
 

@@ -1,6 +1,5 @@
 //! The operator's verdicts to the wire and back.
 
-use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::Source;
 
@@ -13,13 +12,9 @@ use crate::verdict::{Decision, Verdict, Verdicts};
 impl From<&VerdictReport> for wire::Verdicts {
     fn from(report: &VerdictReport) -> Self {
         let VerdictReport { from, time_ns, verdicts } = report;
-        let robot = match from {
-            Participant::Robot(robot) => robot.number(),
-            Participant::Coordinator => Source::Operator.number(),
-        };
         Self {
             version: wire::VERSION,
-            robot,
+            robot: Source::from(*from).number(),
             time_ns: *time_ns,
             cells: verdicts.iter().map(|(cell, _)| cell.number()).collect(),
             numbers: verdicts.iter().map(|(_, verdict)| verdict.number).collect(),
@@ -37,27 +32,11 @@ impl Check {
         self.same_length("numbers", wire.numbers.len(), "cells", expected)?;
         self.same_length("decisions", wire.decisions.len(), "cells", expected)?;
         self.same_length("log_odds", wire.log_odds.len(), "cells", expected)?;
-        self.ascending(&wire.cells)?;
-        let from = match Source::numbered(wire.robot) {
-            Source::Robot(robot) => Participant::Robot(robot),
-            Source::Operator => Participant::Coordinator,
-        };
+        self.ascending("cells", &wire.cells)?;
         let verdicts =
             (0..expected).map(|index| self.verdict(index, wire)).collect::<Result<Verdicts, _>>()?;
+        let from = Source::numbered(wire.robot).into();
         Ok(VerdictReport { from, time_ns: wire.time_ns, verdicts })
-    }
-
-    /// Each cell once.
-    fn ascending(self, cells: &[u32]) -> Result<(), ConvertError> {
-        let unordered = cells.windows(2).position(|pair| pair[0] >= pair[1]);
-        match unordered {
-            Some(index) => Err(ConvertError::Order {
-                at: self.at_entry("cells", index + 1),
-                found: cells[index + 1].into(),
-                before: cells[index].into(),
-            }),
-            None => Ok(()),
-        }
     }
 
     fn verdict(self, index: usize, wire: &wire::Verdicts) -> Result<(Cell, Verdict), ConvertError> {

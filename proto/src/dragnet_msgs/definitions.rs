@@ -34,6 +34,7 @@ ros_messages! {
     MissionStatus,
     Directive,
     Verdicts,
+    Orders,
     Step,
     StepReply,
     Sensed,

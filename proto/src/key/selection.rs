@@ -17,6 +17,8 @@ pub enum Selection {
     Heartbeats,
     /// The operator's verdicts as all robots and the coordinator know them.
     Verdicts,
+    /// The operator's orders to single robots as all robots and the coordinator know them.
+    Orders,
     /// Liveliness tokens of all robots and the coordinator.
     Alive,
     /// Requests addressed to a participant.
@@ -38,6 +40,7 @@ impl fmt::Display for Selection {
             Self::Intents => formatter.write_str("robots/*/intent"),
             Self::Heartbeats => formatter.write_str("robots/*/heartbeat"),
             Self::Verdicts => formatter.write_str("**/verdicts"),
+            Self::Orders => formatter.write_str("**/orders"),
             Self::Alive => formatter.write_str("**/alive/*/*"),
             Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
             Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),

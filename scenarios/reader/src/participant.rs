@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use dragnet_search::observation::RobotId;
+use dragnet_search::observation::{RobotId, Source};
 
 /// A participant of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -11,6 +11,25 @@ pub enum Participant {
     Robot(RobotId),
     /// The coordinator, which declares finds and records.
     Coordinator,
+}
+
+/// The operator gives commands at the coordinator.
+impl From<Participant> for Source {
+    fn from(participant: Participant) -> Self {
+        match participant {
+            Participant::Robot(robot) => Self::Robot(robot),
+            Participant::Coordinator => Self::Operator,
+        }
+    }
+}
+
+impl From<Source> for Participant {
+    fn from(source: Source) -> Self {
+        match source {
+            Source::Robot(robot) => Self::Robot(robot),
+            Source::Operator => Self::Coordinator,
+        }
+    }
 }
 
 impl fmt::Display for Participant {

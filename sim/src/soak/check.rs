@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::command::Command;
+use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::message::{Activity, Message};
+use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::verdict::Verdicts;
 use dragnet_scenario::Scenario;
@@ -71,7 +73,13 @@ impl<'a> Checks<'a> {
                 + 2 * mission.heartbeat,
             slowest,
             may_come_late: scenario.mission().return_reserve.is_some()
-                || faults.commands.iter().any(|(_, command)| *command == Command::Return),
+                || faults.commands.iter().any(|(_, command)| {
+                    matches!(
+                        command,
+                        Command::Team(TeamOrder::Return)
+                            | Command::Robot(_, RobotOrder::Return | RobotOrder::Go(_))
+                    )
+                }),
             returning: returning(scenario, faults),
             shadows: BTreeMap::new(),
             published: BTreeMap::new(),
@@ -177,13 +185,16 @@ impl<'a> Checks<'a> {
         let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
         let (sleep, patience) = (2 * self.scenario.mission().heartbeat, self.patience);
         let shadow = self.shadow(participant, now);
-        // A robot that is called back in the middle of a move begins another.
-        let has_changed = std::mem::replace(&mut shadow.activity, effects.activity) != effects.activity;
+        // A robot that is called back, or sent elsewhere, in the middle of a move begins another.
+        let is_sent = effects.activity == Activity::Sent && effects.route.is_some();
+        let has_changed =
+            std::mem::replace(&mut shadow.activity, effects.activity) != effects.activity || is_sent;
         if has_changed || !effects.activity.is_under_way() {
             shadow.moved = now;
         }
-        if effects.activity == Activity::Paused && effects.route.as_ref().is_some_and(|it| !it.is_empty()) {
-            return broken("it is paused, and goes".to_owned());
+        let is_held = matches!(effects.activity, Activity::Paused | Activity::Holding);
+        if is_held && effects.route.as_ref().is_some_and(|it| !it.is_empty()) {
+            return broken("it is paused or holds, and goes".to_owned());
         }
         let slept = now.since(std::mem::replace(&mut shadow.awake, now));
         let stood = now.since(shadow.moved);
@@ -278,11 +289,18 @@ impl<'a> Checks<'a> {
 
 /// Robots that are to return to their bases, neither break down nor forget them, and are not held by the operator.
 fn returning(scenario: &Scenario, faults: &Faults) -> Vec<RobotId> {
-    let is_held = faults.commands.iter().any(|(_, command)| matches!(command, Command::Pause));
-    if scenario.mission().return_reserve.is_none() || is_held {
+    if scenario.mission().return_reserve.is_none() {
         return Vec::new();
     }
     let returns = |robot: &RobotId| {
+        let is_held = faults.commands.iter().any(|(_, command)| match command {
+            Command::Team(order) => *order == TeamOrder::Pause,
+            Command::Robot(whom, order) => whom == robot && *order == RobotOrder::Pause,
+            _ => false,
+        });
+        if is_held {
+            return false;
+        }
         let keeps = |crash: &Crash| matches!(crash.back, Some((_, Memory::Kept)));
         let crash = faults.crashes.get(&Participant::Robot(*robot));
         crash.is_none_or(|crash| keeps(crash) && !faults.full.contains_key(robot))
@@ -381,7 +399,7 @@ mod tests {
         let cell = scenario.terrain().grid().cells().next();
         let paused =
             Effects { activity: Activity::Paused, route: cell.map(|cell| vec![cell]), ..good.1.clone() };
-        check(&[0.5], &[(NOW, paused)], "it is paused, and goes");
+        check(&[0.5], &[(NOW, paused)], "it is paused or holds, and goes");
         let late = |seconds| (NOW + Duration::from_secs(seconds), effects(Vec::new(), Vec::new()));
         check(&[0.5], &[good.clone(), late(3599)], "nothing has woken it for 3599.0 s");
         let stands: Vec<_> = std::iter::once(good).chain((1..10).map(|beat| late(10 * beat))).collect();

@@ -6,6 +6,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::directive::TeamOrder;
+use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -39,6 +41,7 @@ pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
     let mut faults = draw.faults();
     faults.commands = draw.commands(scenario.terrain().grid());
     faults.commands.extend(call_back(seed, budget));
+    faults.commands.extend(order_robots(seed, robots, scenario.terrain().grid(), budget));
     Ok((scenario, faults))
 }
 
@@ -115,9 +118,29 @@ fn call_back(seed: u64, budget: u64) -> Vec<(MissionTime, Command)> {
     }
     let (back, on) = interval(&mut random, budget);
     let at = |seconds| MissionTime::START + Duration::from_secs_f64(seconds);
-    let mut commands = vec![(at(back), Command::Return)];
-    commands.extend(random.random::<bool>().then(|| (at(on), Command::Resume)));
+    let mut commands = vec![(at(back), Command::Team(TeamOrder::Return))];
+    commands.extend(random.random::<bool>().then(|| (at(on), Command::Team(TeamOrder::Search))));
     commands
+}
+
+/// In every third search the operator gives orders to single robots.
+fn order_robots(seed: u64, robots: u16, grid: Grid, budget: u64) -> Vec<(MissionTime, Command)> {
+    let mut random = stream(seed, Purpose::Soak, 4);
+    if !random.random_ratio(1, 3) {
+        return Vec::new();
+    }
+    let last = u32::try_from(grid.cell_count()).unwrap_or(u32::MAX);
+    let count = random.random_range(1..=6);
+    let order = |_| {
+        let at = MissionTime::START + Duration::from_secs_f64(interval(&mut random, budget).1);
+        let robot = RobotId::new(random.random_range(1..=robots))?;
+        let there = grid.cell_numbered(random.random_range(0..last))?;
+        let orders = [RobotOrder::Go(there), RobotOrder::Search, RobotOrder::Pause, RobotOrder::Return];
+        // Half of them go somewhere.
+        let order = orders[random.random_range(0..6_usize).saturating_sub(2)];
+        Some((at, Command::Robot(robot, order)))
+    };
+    (0..count).filter_map(order).collect()
 }
 
 /// An interval of a mission, seconds.
@@ -170,8 +193,8 @@ impl Draw<'_> {
         let mut commands = Vec::new();
         if self.random.random_bool(0.5) {
             let (pause, resume) = interval(self.random, self.budget.as_secs());
-            commands.push((pause, Command::Pause));
-            commands.push((resume, Command::Resume));
+            commands.push((pause, Command::Team(TeamOrder::Pause)));
+            commands.push((resume, Command::Team(TeamOrder::Search)));
         }
         if self.random.random_bool(0.5) {
             for _ in 0..self.random.random_range(1..=6) {

@@ -74,14 +74,21 @@ impl Narrator {
     fn plan(&self, route: &[Cell], activity: Option<Activity>) -> String {
         match route.last() {
             Some(&waypoint) => {
-                let goes =
-                    if activity == Some(Activity::Returning) { "returns to its base at" } else { "goes to" };
+                let goes = match activity {
+                    Some(Activity::Returning) => "returns to its base at",
+                    Some(Activity::Sent) => "is sent to",
+                    _ => "goes to",
+                };
                 format!("{goes} {}, {}", self.places.cell(waypoint), counted(route.len(), "cell"))
             }
             None => activity.map_or("rests".to_owned(), |activity| {
                 format!(
                     "{}: {}",
-                    if activity == Activity::Waiting { "waits" } else { "rests" },
+                    match activity {
+                        Activity::Waiting => "waits",
+                        Activity::Holding => "holds",
+                        _ => "rests",
+                    },
                     activity.reason()
                 )
             }),

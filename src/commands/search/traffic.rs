@@ -36,5 +36,6 @@ const fn name(kind: MessageKind) -> &'static str {
         MessageKind::SyncReply => "sync_reply",
         MessageKind::MissionStatus => "mission_status",
         MessageKind::Verdicts => "verdicts",
+        MessageKind::Orders => "orders",
     }
 }

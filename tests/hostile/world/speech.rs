@@ -6,7 +6,7 @@ use dragnet_proto::command::Mark;
 use dragnet_proto::convert;
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{
-    Activity, Heartbeat, Intent, Message, MessageKind, SyncReply, SyncRequest, VerdictReport,
+    Activity, Heartbeat, Intent, Message, MessageKind, OrderReport, SyncReply, SyncRequest, VerdictReport,
 };
 use dragnet_proto::verdict::Decision;
 use dragnet_scenario::participant::Participant;
@@ -44,6 +44,7 @@ impl World {
                 (Participant::Coordinator, Message::MissionStatus(status))
             }
             MessageKind::Verdicts => (robot, Message::Verdicts(self.verdicts(robot))),
+            MessageKind::Orders => (robot, Message::Orders(self.orders(robot))),
         };
         Said { from, kind, bytes: convert::encode(&message) }
     }
@@ -130,6 +131,15 @@ impl World {
         let node = self.node.mission();
         let verdicts = node.verdicts().with(self.now.0, cell, decision, node.belief());
         VerdictReport { from, time_ns: self.now.0, verdicts }
+    }
+
+    /// The coordinator's orders to single robots; mostly another one has given more.
+    fn orders(&mut self, from: Participant) -> OrderReport {
+        let (order, mate) = (self.any_order(), self.mates.choose(&mut self.random).unwrap().0);
+        let mission = self.node.mission();
+        let mut orders = mission.orders().clone();
+        orders.give(self.now.0, mate, order, mission.directive());
+        OrderReport { from, time_ns: self.now.0, orders }
     }
 
     /// Of a few origins, some of which are claimed to have more observations.
