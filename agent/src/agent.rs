@@ -181,6 +181,8 @@ pub struct Agent {
     directive: Directive,
     /// The operator's orders to single robots, as far as known.
     orders: RobotOrders,
+    /// Whether its vehicle must return to its base.
+    must_return: bool,
     /// The state of waiting for teammates.
     waiting: Waiting,
     /// Whether its heartbeats tell the digest of its belief.
@@ -243,6 +245,7 @@ impl Agent {
             heartbeats: HeartbeatSchedule::new(config.place, config.mission.heartbeat),
             directive: Directive::default(),
             orders: RobotOrders::default(),
+            must_return: false,
             waiting: Waiting::default(),
             tells_digest: true,
             config,
@@ -300,6 +303,13 @@ impl Agent {
             Event::Halted => {
                 self.plan.clear();
                 effects.route = Some(Vec::new());
+            }
+            Event::MustReturn(must) => {
+                let before = self.order();
+                self.must_return = must;
+                if self.order() != before {
+                    self.decide(now, &mut effects);
+                }
             }
             Event::Released if !self.activity.is_rest() => self.decide(now, &mut effects),
             Event::Released | Event::Start | Event::Commanded(_) | Event::Doubled(_) => {}
@@ -553,9 +563,12 @@ impl Agent {
         }
     }
 
-    /// What the operator wants of it.
+    /// What it is to do: what the operator wants of it, or to return if it must and is not told to stay where it is.
     fn order(&self) -> RobotOrder {
-        self.orders.current(self.config.id(), &self.directive)
+        match self.orders.current(self.config.id(), &self.directive) {
+            RobotOrder::Search | RobotOrder::Go(_) if self.must_return => RobotOrder::Return,
+            order => order,
+        }
     }
 
     /// Of two robots that did not know each other's plans, the one that decided later, or has the higher number,
@@ -676,6 +689,7 @@ impl Agent {
         let (activity, path) = match self.order() {
             _ if self.is_spent(now) => (Activity::Spent, Vec::new()),
             RobotOrder::Pause => (Activity::Paused, Vec::new()),
+            RobotOrder::Return if self.must_return => (Activity::Spent, Vec::new()),
             RobotOrder::Return => (Activity::Recalled, Vec::new()),
             RobotOrder::Go(there) => self.go(now, cell, there),
             RobotOrder::Search if self.is_cleared() => (Activity::Cleared, Vec::new()),

@@ -228,6 +228,25 @@ fn a_robot_holds_where_it_is_if_no_path_leads_where_it_is_sent() {
 }
 
 #[test]
+fn a_robot_with_a_low_battery_goes_to_its_base_and_searches_again_once_it_is_charged() {
+    let mut field = Field::new("budget_seconds = 1e6");
+    let path = field.sense(0, 0).route.unwrap();
+    let (now, _) = field.drive(0, path[..3].to_vec());
+    let tell =
+        |field: &mut Field, seconds, must| field.robot.react(Field::at(seconds), Event::MustReturn(must));
+    let way = tell(&mut field, now + 1, true).route.unwrap();
+    assert_eq!((way.last(), field.robot.activity()), (Some(&field.cell(0)), Activity::Returning));
+    let there = field.cell(17);
+    assert!(is_nothing(&field.order_one(now + 2, &[(1, 5, RobotOrder::Go(there))])), "it goes nowhere else");
+    let (now, _) = field.drive(now + 2, way);
+    assert_eq!(field.robot.activity(), Activity::Spent);
+    tell(&mut field, now + 600, false);
+    assert_eq!(field.robot.activity(), Activity::Sent, "now it does what it was told");
+    field.order(now + 601, 6, TeamOrder::Pause, &[]);
+    assert!(is_nothing(&tell(&mut field, now + 602, true)), "a paused robot stays where it is");
+}
+
+#[test]
 fn a_pause_does_not_outlast_the_budget() {
     let mut field = Field::new("budget_seconds = 100.0");
     field.sense(0, 0);

@@ -83,10 +83,10 @@ impl MissionFold {
                 let judged = self.verdicts.take(report.verdicts.iter(), &mut self.belief);
                 Change { judged, ..Change::default() }
             }
-            // What robots are to do; what they do is in their plans.
-            Record::Orders(_) => Change::default(),
-            // These follow from the records above.
-            Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => Change::default(),
+            // Orders are what robots are to do: what they do is in their plans. The others follow from the records above.
+            Record::Orders(_) | Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {
+                Change::default()
+            }
         }
     }
 

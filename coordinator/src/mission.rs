@@ -190,7 +190,12 @@ impl Mission {
                 self.doubled = robots;
                 self.report(now, &mut outcome);
             }
-            Event::Start | Event::Sensed { .. } | Event::Came | Event::Halted | Event::Released => {}
+            Event::Start
+            | Event::Sensed { .. }
+            | Event::Came
+            | Event::Halted
+            | Event::Released
+            | Event::MustReturn(_) => {}
         }
         outcome.effects.wake_at = self.wake_at();
         outcome

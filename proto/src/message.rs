@@ -162,7 +162,7 @@ pub enum Activity {
     /// The search is over: the expected number of remaining objects is at most the mission's limit, or the policy finds no
     /// path worth driving.
     Cleared,
-    /// Its budget of path length or time is spent.
+    /// Its budget of path length or time is spent, or its battery is low.
     Spent,
     /// No cell can be reached.
     Stuck,
@@ -187,7 +187,7 @@ impl Activity {
         match self {
             Self::Searching => "it has not decided yet",
             Self::Cleared => "too little is left for it to find",
-            Self::Spent => "its budget leaves no further step",
+            Self::Spent => "its budget or battery leaves no further step",
             Self::Stuck => "no cell can be reached",
             Self::Paused => "the search is paused",
             Self::Waiting => "its teammates plan to observe all that is left",

@@ -105,6 +105,8 @@ pub enum Event<M> {
     Halted,
     /// There is no older process any more: the robot continues.
     Released,
+    /// Whether the robot's vehicle must return to its base: its battery is low, and is not charged yet.
+    MustReturn(bool),
     /// The robots whose number is now used by several processes.
     Doubled(BTreeSet<RobotId>),
 }
@@ -125,6 +127,7 @@ impl<M> Event<M> {
             Self::Commanded(command) => Event::Commanded(command),
             Self::Halted => Event::Halted,
             Self::Released => Event::Released,
+            Self::MustReturn(must) => Event::MustReturn(must),
             Self::Doubled(robots) => Event::Doubled(robots),
         })
     }

@@ -262,7 +262,7 @@ mod tests {
         assert_eq!(end(second, Activity::Cleared), None);
         let line = end(first, Activity::Spent).unwrap();
         assert!(line.starts_with(
-            "done: all robots that are here (2) rest, its budget leaves no further step; too little is left"
+            "done: all robots that are here (2) rest, its budget or battery leaves no further step; too little is left"
         ));
         assert_eq!(end(first, Activity::Spent), None, "once");
         assert_eq!(end(first, Activity::Searching), None);

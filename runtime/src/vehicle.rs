@@ -81,6 +81,8 @@ pub(crate) struct Now {
 pub(crate) enum Effect {
     /// For the agent: the vehicle's cell, and the readings since the last observation.
     Sensed { cell: Cell, readings: Vec<Reading> },
+    /// For the agent: whether the vehicle must return to its base.
+    MustReturn(bool),
     /// For the vehicle's network.
     Publish(Output),
     /// For this program's own detector, if any; its detections come back through [`Vehicle::see`].

@@ -30,7 +30,7 @@ fn settings(team: &str, router: &str) -> String {
          cameras = [{{ name = \"front\", max_range_meters = 60.0 }}, {{ name = \"rear\", max_range_meters = 60.0 }}]\n\
          safety = {{ recovery_seconds = 1.0 }}\n\
          [ros]\ntransport = \"rmw_zenoh\"\nlocalization = \"tf\"\nzenoh = {{ connect = [{router:?}] }}\n\
-         emergency_stop = {{ topic = \"e_stop\", timeout_seconds = 2.0 }}\nbattery = {{ topic = \"battery_state\" }}\n\
+         emergency_stop = {{ topic = \"e_stop\", timeout_seconds = 2.0 }}\nbattery = {{ topic = \"battery_state\", on_low = \"home\" }}\n\
          [[ros.cameras]]\nname = \"front\"\ndetections = \"front/detections\"\ncamera_info = \"front/camera_info\"\n\
          [[ros.cameras]]\nname = \"rear\"\ndetections = \"rear/detections\"\ncamera_info = \"rear/camera_info\"\n"
     )
@@ -81,7 +81,20 @@ impl Site {
     }
 
     fn start_robot(&self) -> Process {
-        Process::start(Command::new(DRAGNET).args(["agent", "--config"]).arg(self.settings()))
+        let mut agent = Command::new(DRAGNET);
+        Process::start_logged(agent.args(["agent", "--config"]).arg(self.settings()), &self.log())
+    }
+
+    fn log(&self) -> PathBuf {
+        self.folder.path().join("agent.log")
+    }
+
+    fn wait_for_log(&self, words: &str) {
+        let end = Instant::now() + PATIENCE;
+        while !std::fs::read_to_string(self.log()).is_ok_and(|log| log.contains(words)) {
+            assert!(Instant::now() < end, "in vain for {words}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
     }
 
     fn doctor(&self) -> String {
@@ -126,6 +139,15 @@ impl Site {
             let status = &status[&name];
             status[0] == level && status[1].as_str().is_some_and(|message| message.contains(words))
         });
+    }
+
+    /// The battery has these charges one after the other, percent.
+    fn charge<const N: usize>(&mut self, percent: [u32; N]) {
+        for percent in percent {
+            self.order(&format!("charge {}", f64::from(percent) / 100.0));
+            let shown = format!("{percent} %");
+            self.wait("diagnostics", |status| status["charge"][1] == shown.as_str());
+        }
     }
 
     fn wait_for_goal(&mut self) {
@@ -197,15 +219,17 @@ async fn a_robot_on_the_network_of_nav2_finds_the_object() {
         assert!(variance > 0.0 && off < 3.0 * variance.sqrt() + 1.0, "{found}");
     }
 
-    // A battery that fades stops it; one that jumps is not believed.
+    // A battery that fades sends it home, where it waits for a charged one; one that jumps is not believed.
     site.order("charge 0.05");
     site.wait_for_diagnostic("/battery_state", 1, "jumps from 75 to 5 %");
-    for charge in ["0.6", "0.45", "0.3", "0.15"] {
-        site.order(&format!("charge {charge}"));
-        let percent = format!("{} %", charge.parse::<f64>().unwrap() * 100.0);
-        site.wait("diagnostics", |status| status["charge"][1] == percent.as_str());
-    }
-    site.wait_for_diagnostic("battery", 2, "the battery is at 15 %; needed are 20 %");
+    site.charge([60, 45, 30, 15]);
+    site.wait_for_diagnostic("battery", 1, "the battery is at 15 %; needed are 20 %");
+    site.wait_for_log("returning to its base at [0, 0]");
+    let is_in_base = |meters: &Value| (0.0..YARD.cell_meters).contains(&meters.as_f64().unwrap());
+    site.wait("goal", |goal| is_in_base(&goal[0]) && is_in_base(&goal[1]));
+    site.wait_for_log("resting: its budget or battery leaves no further step");
+    site.charge([30, 45, 60, 75, 85]);
+    site.wait_for_diagnostic("battery", 0, "well again");
     robot.terminate();
 }
 

@@ -53,7 +53,12 @@ impl TryFrom<&Step> for wire::Step {
                 Self { kind: LOST, sender_robot: robot.number(), ..empty }
             }
             StepEvent::Event(
-                Event::Came | Event::Commanded(_) | Event::Halted | Event::Released | Event::Doubled(_),
+                Event::Came
+                | Event::Commanded(_)
+                | Event::Halted
+                | Event::Released
+                | Event::MustReturn(_)
+                | Event::Doubled(_),
             ) => return Err(NotSimulated),
             StepEvent::Report => Self { kind: REPORT, ..empty },
             StepEvent::Finish => Self { kind: FINISH, ..empty },

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::RuntimeError;
 pub use cameras::{Camera, Mounting};
-pub use interlocks::{Battery, EmergencyStop};
+pub use interlocks::{Battery, EmergencyStop, LowBattery};
 
 /// The highest domain of ROS 2.
 const MAX_DOMAIN: u32 = 232;

@@ -8,7 +8,7 @@ use dragnet_vehicle::pilot::{Event, Interlock, InterlockFault};
 use dragnet_vehicle::settings::FaultResponse;
 
 use super::{Effect, Now, Vehicle};
-use crate::ros::settings::{Battery as BatterySettings, Checked, EmergencyStop};
+use crate::ros::settings::{Battery as BatterySettings, Checked, EmergencyStop, LowBattery};
 
 /// Charge above the least one at which a battery is no longer low, percent: a load lets it seem lower.
 const RECOVERED_PERCENT: f64 = 2.0;
@@ -91,17 +91,22 @@ impl Vehicle {
         if let Err(reason) = self.interlocks.charges.read(now.mission.0, BATTERY, whole(percent)) {
             self.aggregator.refuse(now.mission, topic, &reason);
         }
-        let (Some(lowest), Some(BatterySettings { min_percent, on_low, .. })) =
+        let (Some(lowest), Some(settings)) =
             (self.interlocks.charges.lowest_percent().map(f64::from), &self.interlocks.battery)
         else {
             return self.news();
         };
-        let needed = if self.interlocks.is_low { min_percent + RECOVERED_PERCENT } else { *min_percent };
-        self.interlocks.is_low = lowest < needed;
-        let message = format!("the battery is at {lowest} %; needed are {min_percent} %");
+        let BatterySettings { min_percent, on_low, resume_percent, .. } = *settings;
+        let recovered = match on_low {
+            LowBattery::Home => resume_percent,
+            LowBattery::Stop | LowBattery::Continue => min_percent + RECOVERED_PERCENT,
+        };
+        let needed = if self.interlocks.is_low { recovered } else { min_percent };
+        let was_low = std::mem::replace(&mut self.interlocks.is_low, lowest < needed);
+        let message = format!("the battery is at {lowest} %; needed are {needed} %");
         let fault = self.interlocks.is_low.then_some(InterlockFault { kind: "low", message });
         self.aggregator.show(charge(lowest, fault.as_ref()));
-        let is_to_stop = *on_low == FaultResponse::Stop;
+        let is_to_stop = on_low == LowBattery::Stop;
         match &fault {
             Some(fault) if !is_to_stop => {
                 self.aggregator.note_as(now.mission, "battery", fault.kind, &fault.message);
@@ -111,6 +116,9 @@ impl Vehicle {
         let mut effects = self.news();
         let fault = fault.filter(|_| is_to_stop);
         effects.extend(self.tell(now, Event::Interlock(Interlock::Battery, fault)));
+        if on_low == LowBattery::Home && was_low != self.interlocks.is_low {
+            effects.push(Effect::MustReturn(self.interlocks.is_low));
+        }
         effects
     }
 }

@@ -77,6 +77,9 @@ impl Service {
                     // An agent that is gone receives nothing: the vehicle is about to be stopped.
                     let _ = self.reports.send((None, Event::Sensed { cell, readings })).await;
                 }
+                Effect::MustReturn(must) => {
+                    let _ = self.reports.send((None, Event::MustReturn(must))).await;
+                }
                 Effect::Publish(output) => self.node.publish(unix_time::now_ns(), output).await?,
                 Effect::Detect(request) => self.eyes.show(request),
                 Effect::Tell(Diagnostic { level: Level::Ok, name, message, .. }) => {

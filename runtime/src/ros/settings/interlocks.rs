@@ -31,8 +31,24 @@ pub struct Battery {
     #[serde(default = "min_percent")]
     pub min_percent: f64,
     /// The response to a low battery.
-    #[serde(default = "stop")]
-    pub on_low: FaultResponse,
+    #[serde(default)]
+    pub on_low: LowBattery,
+    /// With `home`: charge from which the robot searches again, percent, `min_percent` to 100.
+    #[serde(default = "resume_percent")]
+    pub resume_percent: f64,
+}
+
+/// The response to a low battery.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LowBattery {
+    /// The robot stands until the battery is no longer low.
+    #[default]
+    Stop,
+    /// It returns to its base, and searches again once it is charged.
+    Home,
+    /// It drives on.
+    Continue,
 }
 
 const fn stop() -> FaultResponse {
@@ -41,6 +57,10 @@ const fn stop() -> FaultResponse {
 
 const fn min_percent() -> f64 {
     20.0
+}
+
+const fn resume_percent() -> f64 {
+    80.0
 }
 
 impl EmergencyStop {
@@ -57,9 +77,14 @@ impl EmergencyStop {
 
 impl Battery {
     pub(super) fn check(&self) -> Result<(), String> {
-        if (0.0..=100.0).contains(&self.min_percent) {
-            return Ok(());
+        let Self { min_percent, resume_percent, .. } = *self;
+        if !(0.0..=100.0).contains(&min_percent) {
+            return Err(format!("ros.battery.min_percent is {min_percent}; allowed is 0 to 100"));
         }
-        Err(format!("ros.battery.min_percent is {}; allowed is 0 to 100", self.min_percent))
+        if self.on_low == LowBattery::Home && !(min_percent..=100.0).contains(&resume_percent) {
+            let allowed = format!("allowed is ros.battery.min_percent ({min_percent}) to 100");
+            return Err(format!("ros.battery.resume_percent is {resume_percent}; {allowed}"));
+        }
+        Ok(())
     }
 }

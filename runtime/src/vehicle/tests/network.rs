@@ -254,6 +254,18 @@ fn a_low_battery_stops_the_vehicle_or_is_told() {
     assert_eq!(stands(&read(&mut vehicle, 5, 2.0), "battery"), None);
     assert_eq!(count(&vehicle, "/battery"), 1);
 
+    let mut vehicle = measured("battery = { topic = 'battery', on_low = 'home', resume_percent = 50.0 }");
+    let must_return = |effects: Vec<Effect>| {
+        let orders = effects
+            .iter()
+            .filter_map(|it| if let Effect::MustReturn(must) = it { Some(*must) } else { None });
+        orders.collect::<Vec<_>>()
+    };
+    let said: Vec<_> = (1..).zip([25.0, 19.0, 30.0, 45.0, 50.0, 40.0]).collect();
+    let orders: Vec<_> =
+        said.iter().map(|&(second, percent)| must_return(read(&mut vehicle, second, percent))).collect();
+    assert_eq!(orders, [vec![], vec![true], vec![], vec![], vec![false], vec![]], "until it is charged");
+
     let mut vehicle = measured("battery = { topic = 'battery', on_low = 'continue' }");
     let effects = read(&mut vehicle, 1, 10.0);
     assert_eq!(told(&effects, "battery"), ["the battery is at 10 %; needed are 20 %"]);
