@@ -163,16 +163,9 @@ impl Ask {
     /// If the command is rejected.
     pub fn command(self, view: &View) -> Result<(Command, String), AskError> {
         match self {
-            Self::Pause { robot: None } => team(TeamOrder::Pause, "All robots are paused."),
-            Self::Resume { robot: None } => team(TeamOrder::Search, "All robots search."),
-            Self::Return { robot: None } => {
-                team(TeamOrder::Return, "All robots are called back to their bases.")
-            }
-            Self::Pause { robot: Some(robot) } => one(view, robot, RobotOrder::Pause, "is paused"),
-            Self::Resume { robot: Some(robot) } => one(view, robot, RobotOrder::Search, "searches"),
-            Self::Return { robot: Some(robot) } => {
-                one(view, robot, RobotOrder::Return, "is called back to its base")
-            }
+            Self::Pause { robot } => order(view, robot, TeamOrder::Pause),
+            Self::Resume { robot } => order(view, robot, TeamOrder::Search),
+            Self::Return { robot } => order(view, robot, TeamOrder::Return),
             Self::Go { robot, row, column } => go(view, robot, Position { row, column }),
             Self::Mark { row, column, r#as } => mark(view, Position { row, column }, r#as),
             Self::Find { row, column, r#as } => decide(view, Position { row, column }, r#as),
@@ -181,11 +174,20 @@ impl Ask {
     }
 }
 
-fn team(order: TeamOrder, answer: &str) -> Result<(Command, String), AskError> {
-    Ok((Command::Team(order), answer.to_owned()))
+/// An order to a robot, or to all.
+fn order(view: &View, robot: Option<u16>, order: TeamOrder) -> Result<(Command, String), AskError> {
+    let [all, one] = match order {
+        TeamOrder::Search => ["search", "searches"],
+        TeamOrder::Pause => ["are paused", "is paused"],
+        TeamOrder::Return => ["are called back to their bases", "is called back to its base"],
+    };
+    match robot {
+        Some(robot) => to_one(view, robot, order.into(), one),
+        None => Ok((Command::Team(order), format!("All robots {all}."))),
+    }
 }
 
-fn one(view: &View, number: u16, order: RobotOrder, what: &str) -> Result<(Command, String), AskError> {
+fn to_one(view: &View, number: u16, order: RobotOrder, what: &str) -> Result<(Command, String), AskError> {
     let team = &view.about().team;
     let Some(robot) = team.iter().find(|robot| robot.number() == number) else {
         let [first, last] = [team.first(), team.last()].map(|end| end.map_or(0, |robot| robot.number()));
@@ -202,7 +204,7 @@ fn go(view: &View, robot: u16, at: Position) -> Result<(Command, String), AskErr
     if !flies && !view.terrain().is_traversable(cell) {
         return Err(AskError::NotTraversable { row, column });
     }
-    one(view, robot, RobotOrder::Go(cell), &format!("is sent to cell [{row}, {column}], and stays there"))
+    to_one(view, robot, RobotOrder::Go(cell), &format!("is sent to cell [{row}, {column}], and stays there"))
 }
 
 fn cell_at(view: &View, at: Position) -> Result<Cell, AskError> {
