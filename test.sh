@@ -44,7 +44,7 @@ fi
 
 # An independent ROS 2 client: a program of its own, with dependencies that are no part of the product.
 cargo build --quiet --locked --manifest-path tests/ros_peer/Cargo.toml --target-dir target/ros_peer
-# The package for Python, from what cargo builds here anyway.
-VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --quiet --manifest-path python/Cargo.toml
+# The package for Python, and with it all that is tested.
+CARGO=tests/python/cargo VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --manifest-path python/Cargo.toml
 
 cargo test --workspace --features train,detector "$@"
