@@ -83,6 +83,29 @@ impl fmt::Display for FindCounts {
     }
 }
 
+/// From this probability on a find that nobody has confirmed is told without the advice to look.
+const ALMOST_CERTAIN: f64 = 0.99;
+
+/// A find of the one subject in the words for who leads the search: what is declared is a probability, until a person has
+/// looked.
+#[must_use]
+pub fn of_subject(place: &str, probability: f64, operator: Option<Decision>) -> String {
+    // Rounded down: no find is certain.
+    let percent = format!("{:.1} %", (1000.0 * probability).floor().min(999.0) / 10.0);
+    match operator {
+        Some(Decision::Confirmed) => format!("find ({percent}) at {place}, confirmed by hand"),
+        Some(Decision::Dismissed) => {
+            format!(
+                "find ({percent}) at {place}, dismissed by hand and declared again by later readings: look again"
+            )
+        }
+        Some(Decision::Undone) | None if probability < ALMOST_CERTAIN => {
+            format!("probable find ({percent}) at {place}, not confirmed by hand: look before you stand down")
+        }
+        Some(Decision::Undone) | None => format!("find ({percent}) at {place}, not confirmed by hand"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use dragnet_proto::verdict::Verdict;
@@ -112,5 +135,21 @@ mod tests {
         );
         assert_eq!(FindCounts::of(&finds).to_string(), "3 found, of them 1 confirmed by hand; 1 dismissed");
         assert_eq!(FindCounts::of(&finds[..1]).to_string(), "1 found");
+    }
+
+    #[test]
+    fn a_find_of_the_one_subject_is_probable_until_somebody_has_looked() {
+        let check = |probability, operator, expected: &str| {
+            let words = of_subject("[1, 2]", probability, operator);
+            assert_eq!(words, expected);
+        };
+        let advice = "at [1, 2], not confirmed by hand: look before you stand down";
+        check(0.98, None, &format!("probable find (98.0 %) {advice}"));
+        check(0.989_99, Some(Decision::Undone), &format!("probable find (98.9 %) {advice}"));
+        check(1.0, None, "find (99.9 %) at [1, 2], not confirmed by hand");
+        check(0.98, Some(Decision::Confirmed), "find (98.0 %) at [1, 2], confirmed by hand");
+        let again =
+            "find (96.0 %) at [1, 2], dismissed by hand and declared again by later readings: look again";
+        check(0.96, Some(Decision::Dismissed), again);
     }
 }

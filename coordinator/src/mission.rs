@@ -245,7 +245,8 @@ impl Mission {
     /// The posterior of the one subject by which cells are declared, if exactly one is sought.
     #[must_use]
     pub fn standing(&self) -> Option<Standing> {
-        Some(self.subject()?.standing(&self.config.terrain, |cell| self.declarations.contains(cell)))
+        let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
+        Some(self.subject()?.standing(terrain, reach, |cell| self.declarations.contains(cell)))
     }
 
     /// The belief as it is shown: that of one subject is its posterior.

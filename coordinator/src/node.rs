@@ -94,7 +94,7 @@ impl CoordinatorNode {
     /// Where the one subject is, for the end of the recording.
     fn sought(&self) -> impl Iterator<Item = (String, String)> {
         let standing = self.mission.standing();
-        let facts = standing.map(|it| [(SUCCESS, it.success), (REST_OF_WORLD, it.rest_of_world)]);
+        let facts = standing.map(|it| [(SUCCESS, it.found), (REST_OF_WORLD, it.rest_of_world)]);
         facts.into_iter().flatten().map(|(name, number)| (name.to_owned(), number.to_string()))
     }
 

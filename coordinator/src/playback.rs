@@ -16,6 +16,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Grid;
 use dragnet_search::one_subject::OneSubject;
+use dragnet_search::reach::Sight;
 use dragnet_search::terrain::{Ground, Terrain};
 use mcap::records::{MessageHeader, Record as McapRecord};
 
@@ -67,6 +68,16 @@ impl Playback {
             [value] => Some(vec![value.clone(); robots]),
             _ => Some(values).filter(|values| values.len() == robots),
         }
+    }
+
+    /// What each robot sees from where, if the recording says it.
+    #[must_use]
+    pub fn sights(&self) -> Option<Vec<Sight>> {
+        let radii: Vec<u32> = self.of_robots("sensor_radius")?;
+        let flies = self.of_robots("flies").unwrap_or_else(|| vec![false; radii.len()]);
+        let sight =
+            |(radius, flies)| if flies { Sight::from_above(radius) } else { Sight::on_ground(radius) };
+        Some(radii.into_iter().zip(flies).map(sight).collect())
     }
 
     /// That exactly one object is sought, if the mission says so.

@@ -73,7 +73,7 @@ pub const MISSION_TIME: &str = "mission_time_s";
 /// Name within `run` of the prior probability that the one subject is outside of the searched cells, if exactly one is
 /// sought; within `summary` of the same probability at the end.
 pub const REST_OF_WORLD: &str = "rest_of_world";
-/// Name within `summary` of the probability of success at the end: that the one subject is in a declared cell.
+/// Name within `summary` of the probability at the end that the one subject is in a declared cell.
 pub const SUCCESS: &str = "pos";
 
 /// A crash loses at most the records of this much mission time.

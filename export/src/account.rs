@@ -16,6 +16,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::detection::probability_of_detection;
 use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::one_subject::{Standing, SubjectPosterior};
+use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
 
 use crate::ExportError;
@@ -132,7 +133,9 @@ impl Account {
         let terrain = fold.mission.terrain().clone();
         let coverages = weigh.areas(&earth.areas, &frame, &terrain);
         let declared: BTreeSet<Cell> = fold.mission.declared().iter().map(|object| object.cell).collect();
-        let standing = subject.as_ref().map(|it| it.standing(&terrain, |cell| declared.contains(&cell)));
+        let reach = fold.reach(&playback.sights().unwrap_or_default());
+        let standing =
+            subject.as_ref().map(|it| it.standing(&terrain, &reach, |cell| declared.contains(&cell)));
         let areas = earth.areas.into_iter().zip(coverages).collect();
         Ok(Self {
             name: playback.run.get("scenario").cloned().unwrap_or_else(|| "recording".to_owned()),
@@ -214,6 +217,17 @@ impl Fold {
             let at = visits.partition_point(|known| known.time <= visit.time);
             visits.insert(at, visit);
         }
+    }
+
+    /// What robots of these sights can observe; everything without them, as in older recordings.
+    fn reach(&self, sights: &[Sight]) -> Reach {
+        let terrain = self.mission.terrain();
+        let mut reach = Reach::unknown(terrain.grid());
+        for (robot, visits) in &self.visits {
+            let Some(&sight) = sights.get(robot.index()) else { continue };
+            visits.iter().for_each(|visit| reach.add_robot(terrain, sight, visit.cell));
+        }
+        reach
     }
 
     fn found(&self) -> Vec<Detection> {

@@ -45,8 +45,13 @@ pub fn text(account: &Account) -> String {
         "pos": account.total.pos(),
         "cells": account.total.cells,
     });
-    if let Some(Standing { success, remaining, rest_of_world }) = account.subject {
-        total["subject"] = json!({ "pos": success, "remaining": remaining, "rest_of_world": rest_of_world });
+    if let Some(Standing { found, remaining, out_of_reach, rest_of_world }) = account.subject {
+        total["subject"] = json!({
+            "found": found,
+            "remaining": remaining,
+            "out_of_reach": out_of_reach,
+            "rest_of_world": rest_of_world,
+        });
     }
     let foreign_members = total.as_object().cloned();
     let collection = FeatureCollection { bbox: None, features, foreign_members };

@@ -57,12 +57,8 @@ pub fn text(account: &Account) -> String {
 }
 
 fn describe(account: &Account) -> String {
-    let subject = account.subject.map_or_else(String::new, |it| {
-        format!(
-            "; the subject is in a declared cell with {:.4}, in another searched one with {:.4}, outside with {:.4}",
-            it.success, it.remaining, it.rest_of_world
-        )
-    });
+    let subject =
+        account.subject.map_or_else(String::new, |it| format!("; the subject, by the posterior: {it}"));
     format!(
         "Until {}: POA {:.4}, POD {:.4}, POS {:.4}{subject}",
         wall_time(account.start_unix_ns, account.until),

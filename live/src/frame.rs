@@ -275,7 +275,7 @@ impl Frame {
             expected: status.map_or(0.0, |status| status.expected_remaining),
             subject: view
                 .standing()
-                .map(|it| SubjectFrame { pos: it.success, rest_of_world: it.rest_of_world }),
+                .map(|it| SubjectFrame { pos: it.found, rest_of_world: it.rest_of_world }),
             entropy: view.entropy_nats(),
             progress: view.progress(),
             messages: view.messages_per_second(),

@@ -8,7 +8,6 @@ use dragnet_coordinator::playback::Playback;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
-use dragnet_search::reach::Sight;
 
 use crate::view::{About, View};
 
@@ -24,7 +23,7 @@ pub fn about(playback: &Playback) -> About {
         name: fact("scenario").unwrap_or("recording").to_owned(),
         terrain: Arc::clone(&playback.terrain),
         prior: playback.prior.clone(),
-        sights: sights(playback).unwrap_or_default(),
+        sights: playback.sights().unwrap_or_default(),
         speeds_meters_per_second: playback.of_robots("speed_meters_per_second").unwrap_or_default(),
         one_subject: playback.one_subject(),
         detection_threshold: fact("detection_threshold")
@@ -34,14 +33,6 @@ pub fn about(playback: &Playback) -> About {
         objects: objects(playback),
         earth: playback.earth.clone(),
     }
-}
-
-/// What each robot sees from where, if the recording says it.
-fn sights(playback: &Playback) -> Option<Vec<Sight>> {
-    let radii: Vec<u32> = playback.of_robots("sensor_radius")?;
-    let flies = playback.of_robots("flies").unwrap_or_else(|| vec![false; radii.len()]);
-    let sight = |(radius, flies)| if flies { Sight::from_above(radius) } else { Sight::on_ground(radius) };
-    Some(radii.into_iter().zip(flies).map(sight).collect())
 }
 
 /// The objects, if the recording contains them.

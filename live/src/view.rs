@@ -314,7 +314,9 @@ impl View {
     #[must_use]
     pub fn standing(&self) -> Option<Standing> {
         let declared: BTreeSet<Cell> = self.declared().iter().map(|object| object.cell).collect();
-        Some(self.subject()?.standing(self.terrain(), |cell| declared.contains(&cell)))
+        let everywhere = Reach::unknown(self.terrain().grid());
+        let reach = self.reach.as_ref().unwrap_or(&everywhere);
+        Some(self.subject()?.standing(self.terrain(), reach, |cell| declared.contains(&cell)))
     }
 
     /// Cells that robots can observe, if their sensor radius is known.

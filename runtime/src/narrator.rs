@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use dragnet_proto::message::{Activity, Heartbeat, Message, MissionStatus};
+use dragnet_coordinator::finds::of_subject;
+use dragnet_proto::message::{Activity, Detection, Heartbeat, Message, MissionStatus};
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::state_machine::{Effects, StateMachine};
 use dragnet_proto::verdict::{Decision, Verdicts};
@@ -16,6 +17,10 @@ use dragnet_search::observation::{Observation, RobotId, Source};
 pub(crate) struct Narrator {
     me: Participant,
     places: Places,
+    /// Whether exactly one object is sought.
+    is_for_one: bool,
+    /// What the coordinator has declared last.
+    declared: Vec<Detection>,
     /// Cells in which a robot has found an object, or the coordinator has declared one.
     found: BTreeSet<Cell>,
     /// The operator's verdicts that the coordinator has published.
@@ -32,7 +37,9 @@ impl Narrator {
     pub(crate) fn new(me: Participant, places: Places) -> Self {
         Self {
             me,
+            is_for_one: places.is_for_one(),
             places,
+            declared: Vec::new(),
             found: BTreeSet::new(),
             verdicts: Verdicts::default(),
             orders: RobotOrders::default(),
@@ -70,9 +77,20 @@ impl Narrator {
         let reasons = reasons.into_iter().collect::<Vec<_>>().join("; ");
         let (robots, objects) = (self.activities.len(), self.found.len());
         let by_hand = self.by_hand();
+        let finds: String = if self.is_for_one {
+            self.declared.iter().map(|object| format!("; {}", self.find(object))).collect()
+        } else {
+            String::new()
+        };
         Some(format!(
-            "done: all robots that are here ({robots}) rest, {reasons}; objects declared: {objects}{by_hand}"
+            "done: all robots that are here ({robots}) rest, {reasons}; objects declared: {objects}{by_hand}{finds}"
         ))
+    }
+
+    /// A declared find of the one subject.
+    fn find(&self, object: &Detection) -> String {
+        let operator = self.verdicts.decision(object.cell);
+        of_subject(&self.places.on_earth(object.cell), object.probability, operator)
     }
 
     /// Numbers of declared objects that the operator has confirmed, and of others that were dismissed.
@@ -179,7 +197,11 @@ impl Narrator {
     fn declares(&mut self, status: &MissionStatus) -> Vec<String> {
         let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
         let before = std::mem::replace(&mut self.found, declared);
+        self.declared.clone_from(&status.declared);
         let new = status.declared.iter().filter(|object| !before.contains(&object.cell)).map(|object| {
+            if self.is_for_one {
+                return format!("declared: {}", self.find(object));
+            }
             format!(
                 "declared: an object at {}, probability {:.3}",
                 self.places.on_earth(object.cell),
@@ -271,6 +293,23 @@ mod tests {
                 .unwrap()
                 .ends_with("too little is left for it to find; objects declared: 0")
         );
+    }
+
+    #[test]
+    fn a_find_of_the_one_subject_is_told_as_probable() {
+        let text = scenario().source().text.replace("[mission]", "prior.rest_of_world = 0.1\n[mission]");
+        let scenario = Scenario::from_text(Path::new("lane.toml"), text).unwrap();
+        let mut narrator = Narrator::new(Participant::Coordinator, scenario.places());
+        let node: CoordinatorNode =
+            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected).unwrap();
+        let cell = scenario.terrain().grid().cell(Position { row: 0, column: 3 }).unwrap();
+        let object = Detection { cell, probability: 0.9812, time_ns: 0 };
+        let status = MissionStatus { declared: vec![object], ..node.mission().status(MissionTime::START) };
+        let advice = "probable find (98.1 %) at [0, 3] at latitude 0.000045, longitude 2.000314, not confirmed by hand: \
+                      look before you stand down";
+        assert_eq!(narrator.declares(&status), [format!("declared: {advice}")]);
+        narrator.activities.insert(RobotId::FIRST, Activity::Cleared);
+        assert!(narrator.end().unwrap().ends_with(&format!("objects declared: 1; {advice}")));
     }
 
     #[test]

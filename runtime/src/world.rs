@@ -343,7 +343,8 @@ impl<'a> WorldServer<'a> {
         let (cell, farthest_cells) = (self.world.body(robot).cell, self.world.farthest_cells());
         (self.spectator)(now, StepContext::Arrives { robot, cell, farthest_cells });
         for &cell in &found {
-            (self.spectator)(now, StepContext::Finds { robot, cell });
+            let probability = self.world.probability(cell);
+            (self.spectator)(now, StepContext::Finds { robot, cell, probability });
         }
         self.outcome.measure(now, farthest_cells, self.world.score(), &found);
         self.observed.insert(robot, now);

@@ -25,6 +25,8 @@
 //! (POC or POA, POD, POS). Departures: evidence is that of readings, which may speak for a subject as well, and cells that
 //! an operator adds to the area take their mass from all places in proportion, since `Z` divides by what there is.
 
+use std::fmt;
+
 use crate::belief::Belief;
 use crate::cell::Cell;
 use crate::reach::Reach;
@@ -96,15 +98,34 @@ pub struct SubjectPosterior {
     rest_of_world: f64,
 }
 
-/// The posterior by what was declared; the three add up to 1.
+/// The posterior by what was declared: found, remaining and rest of the world add up to 1. It is no probability of success
+/// (POS), which says of an effort, and not of what was seen, how probable a find is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Standing {
-    /// Probability of success (POS): that the subject is in a declared cell.
-    pub success: f64,
+    /// Probability that the subject is in a declared cell.
+    pub found: f64,
     /// Probability that it is in another searched cell.
     pub remaining: f64,
+    /// The part of it in cells out of every robot's reach: no search by these robots can lower it.
+    pub out_of_reach: f64,
     /// Probability that it is in the rest of the world (ROW).
     pub rest_of_world: f64,
+}
+
+impl Standing {
+    /// The least probability out of reach that is told, as it is printed.
+    const LEAST: f64 = 0.000_05;
+}
+
+impl fmt::Display for Standing {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { found, remaining, out_of_reach, rest_of_world } = self;
+        write!(formatter, "in a declared cell with {found:.4}, elsewhere in the area with {remaining:.4}")?;
+        if *out_of_reach >= Self::LEAST {
+            write!(formatter, ", of which {out_of_reach:.4} out of every robot's reach")?;
+        }
+        write!(formatter, ", outside of the area with {rest_of_world:.4}")
+    }
 }
 
 impl SubjectPosterior {
@@ -139,15 +160,23 @@ impl SubjectPosterior {
     }
 
     /// The posterior by which cells are declared. As long as the prior and the sensor's model are right, the subject is in
-    /// a declared cell as often as [`Standing::success`] says, whenever and by whatever rule the search ends.
+    /// a declared cell as often as [`Standing::found`] says, whenever and by whatever rule the search ends.
     #[must_use]
-    pub fn standing(&self, terrain: &Terrain, is_declared: impl Fn(Cell) -> bool) -> Standing {
-        let (mut success, mut remaining) = (0.0, 0.0);
+    pub fn standing(&self, terrain: &Terrain, reach: &Reach, is_declared: impl Fn(Cell) -> bool) -> Standing {
+        let mut standing =
+            Standing { found: 0.0, remaining: 0.0, out_of_reach: 0.0, rest_of_world: self.rest_of_world };
         for cell in terrain.searched_cells() {
-            let share = if is_declared(cell) { &mut success } else { &mut remaining };
-            *share += self.probability(cell);
+            let probability = self.probability(cell);
+            if is_declared(cell) {
+                standing.found += probability;
+                continue;
+            }
+            standing.remaining += probability;
+            if !reach.covers(cell) {
+                standing.out_of_reach += probability;
+            }
         }
-        Standing { success, remaining, rest_of_world: self.rest_of_world }
+        standing
     }
 
     /// The same probabilities as a belief without evidence, to be shown like any other.
@@ -204,8 +233,9 @@ mod tests {
         let (terrain, mut belief, cells) = field("....", &[0.2; 4]);
         let subject = OneSubject::new(0.2).unwrap();
         tell(&mut belief, cells[0], 10.0);
-        let standing = subject.posterior(&belief).standing(&terrain, |cell| cell == cells[0]);
-        assert!(standing.success > 0.999 && standing.remaining < 1e-3, "{standing:?}");
+        let everywhere = Reach::unknown(terrain.grid());
+        let standing = subject.posterior(&belief).standing(&terrain, &everywhere, |cell| cell == cells[0]);
+        assert!(standing.found > 0.999 && standing.remaining < 1e-3, "{standing:?}");
         tell(&mut belief, cells[3], 10.0);
         let posterior = subject.posterior(&belief);
         assert_near(posterior.probabilities(), &[0.5, 0.0, 0.0, 0.5]);
@@ -272,9 +302,13 @@ mod tests {
             for (&cell, joint) in cells.iter().zip(&joint) {
                 prop_assert!((posterior.probability(cell) - joint / total).abs() < 1e-9);
             }
-            let all = posterior.standing(&terrain, |cell| cell == cells[0]);
-            prop_assert!((all.success + all.remaining + all.rest_of_world - 1.0).abs() < 1e-12);
-            prop_assert!((all.success - joint[0] / total).abs() < 1e-9);
+            let mut reach = Reach::unknown(terrain.grid());
+            reach.add_robot(&terrain, Sight::on_ground(1), cells[0]);
+            let all = posterior.standing(&terrain, &reach, |cell| cell == cells[0]);
+            prop_assert!((all.found + all.remaining + all.rest_of_world - 1.0).abs() < 1e-12);
+            prop_assert!((all.found - joint[0] / total).abs() < 1e-9);
+            let unseen: f64 = cells.iter().zip(&joint).filter(|(cell, _)| !reach.covers(**cell)).map(|(_, it)| it).sum();
+            prop_assert!((all.out_of_reach - unseen / total).abs() < 1e-9);
         }
     }
 }

@@ -83,6 +83,8 @@ pub enum StepContext {
         robot: RobotId,
         /// The cell.
         cell: Cell,
+        /// Its probability by all readings: of the one subject, if exactly one is sought.
+        probability: f64,
     },
 }
 
@@ -520,7 +522,8 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         let &View { robot, cell, farthest_cells, score, .. } = view;
         (self.spectator)(now, StepContext::Arrives { robot, cell, farthest_cells });
         for &cell in &view.found {
-            (self.spectator)(now, StepContext::Finds { robot, cell });
+            let probability = self.world.probability(cell);
+            (self.spectator)(now, StepContext::Finds { robot, cell, probability });
         }
         self.outcome.measure(now, farthest_cells, score, &view.found);
     }

@@ -140,7 +140,16 @@ impl World {
     #[must_use]
     pub fn subject(&self) -> Option<Standing> {
         let posterior = self.one_subject?.posterior(&self.merged);
-        Some(posterior.standing(&self.terrain, |cell| self.is_found(cell)))
+        Some(posterior.standing(&self.terrain, &self.reach, |cell| self.is_found(cell)))
+    }
+
+    /// Probability of an object in a cell by the merged belief; of the one subject, if exactly one is sought.
+    #[must_use]
+    pub fn probability(&self, cell: Cell) -> f64 {
+        match self.one_subject.map(|one| one.posterior(&self.merged)) {
+            Some(posterior) => posterior.probability(cell),
+            None => self.merged.probability(cell),
+        }
     }
 
     /// The merged belief compared with the truth, counting cells in reach.

@@ -63,7 +63,7 @@ fn the_subject_is_found_outside_or_left_as_often_as_stated() {
     let place = |search: &Episode| search.truth.objects().first().copied();
     let standing = |search: &Episode| search.subject.unwrap();
     let found = Stated::of(&searches, |search| {
-        (standing(search).success, place(search).is_some_and(|cell| is_found(search, cell)))
+        (standing(search).found, place(search).is_some_and(|cell| is_found(search, cell)))
     });
     let left = Stated::of(&searches, |search| {
         (standing(search).remaining, place(search).is_some_and(|cell| !is_found(search, cell)))

@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use dragnet_coordinator::Ending;
+use dragnet_coordinator::finds::of_subject;
 use dragnet_coordinator::playback::Playback;
 use dragnet_export::account::Coverage;
 use dragnet_export::{Account, ExportError, belief, geojson, gpx, kml, plan};
-use dragnet_scenario::map_file::{BeliefFile, GeoPoint};
+use dragnet_proto::message::Detection;
+use dragnet_scenario::Places;
+use dragnet_scenario::map_file::{BeliefFile, GeoPoint, Purpose};
 use dragnet_scenario::time::MissionTime;
 
 use super::{Failure, complain, output};
@@ -165,16 +168,17 @@ fn believed(arguments: &Arguments, playback: &Playback) -> Result<Exported, Fail
 
 /// The finds, and how thoroughly each area was searched.
 fn summary(account: &Account) -> String {
+    let found = counted(account.found.len(), if account.subject.is_some() { "find" } else { "object" });
     let head = format!(
-        "{} after {:.1} s: {} found, {}\n",
+        "{} after {:.1} s: {found} {}, {}\n",
         account.name,
         account.until.as_seconds(),
-        counted(account.found.len(), "object"),
+        if account.subject.is_some() { "declared" } else { "found" },
         counted(account.tracks.len(), "track"),
     );
     let is_one = account.subject.is_some();
     let mut table = if is_one {
-        Table::new(["area", "POA", "POD", "POS", "now", "cells"])
+        Table::new(["area", "POA", "POD", "POS", "posterior", "cells"])
     } else {
         Table::new(["area", "POA", "POD", "POS", "cells"])
     };
@@ -195,13 +199,30 @@ fn summary(account: &Account) -> String {
         }
     }
     push("in all", &account.total);
-    let subject = account.subject.map_or_else(String::new, |it| {
-        let [success, remaining, outside] = [it.success, it.remaining, it.rest_of_world].map(percent);
-        format!(
-            "the subject: found with {success} (POS), else in the area with {remaining}, outside of it with {outside}\n"
-        )
-    });
-    head + &table.draw(1) + &subject
+    let searches = account.areas.iter().filter(|(area, _)| matches!(area.purpose, Purpose::Search(_)));
+    let by_area: usize = searches.filter_map(|(_, coverage)| Some(coverage.as_ref()?.cells)).sum();
+    let shared = if by_area > account.total.cells {
+        "a cell that several areas touch counts in the cells of each, and its probability is divided among them\n"
+    } else {
+        ""
+    };
+    head + &table.draw(1) + shared + &subject(account)
+}
+
+/// The finds of the one subject and where it is, and what the table's two probabilities mean.
+fn subject(account: &Account) -> String {
+    let Some(standing) = account.subject else { return String::new() };
+    let places = Places::new(&account.terrain, Some(&account.frame));
+    let find = |object: &Detection| {
+        let operator = account.verdicts.decision(object.cell);
+        format!("{}\n", of_subject(&places.on_earth(object.cell), object.probability, operator))
+    };
+    let finds: String = account.found.iter().map(find).collect();
+    format!(
+        "POS is of the effort, POA x POD: how probable it was beforehand that this search finds the subject there; the posterior \
+         is of the subject: how probable it is there after all that was seen\n\
+         the subject, by the posterior: {standing}\n{finds}"
+    )
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use dragnet_coordinator::Ending;
+use dragnet_coordinator::finds::of_subject;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::track::Tracks;
@@ -22,7 +23,6 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::measures::Truth;
 use dragnet_search::observation::{RobotId, Source};
-use dragnet_search::one_subject::Standing;
 use dragnet_search::reach::Reach;
 
 use super::{Failure, complain, live};
@@ -170,12 +170,14 @@ impl Teller {
         self.alive = alive;
         let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
         let new = status.declared.iter().filter(|object| !self.declared.contains(&object.cell));
+        let is_for_one = self.view.about().one_subject.is_some();
         lines.extend(new.map(|object| {
-            format!(
-                "an object is declared at {}, probability {:.4}",
-                self.places.on_earth(object.cell),
-                object.probability
-            )
+            let (place, probability) = (self.places.on_earth(object.cell), object.probability);
+            if is_for_one {
+                format!("declared: {}", of_subject(&place, probability, self.verdicts.decision(object.cell)))
+            } else {
+                format!("an object is declared at {place}, probability {probability:.4}")
+            }
         }));
         let withdrawn = self.declared.difference(&declared);
         lines.extend(
@@ -215,14 +217,15 @@ impl Teller {
         )
     }
 
-    /// Where the one subject is at the end, as a line.
+    /// Where the one subject is at the end, and what its finds are, as lines.
     fn subject(&self) -> String {
-        let Some(Standing { success, remaining, rest_of_world }) = self.view.standing() else {
+        let (Some(standing), Some(subject)) = (self.view.standing(), self.view.subject()) else {
             return String::new();
         };
-        format!(
-            "the subject: found with probability {success:.4} (POS), else in the area with {remaining:.4}, outside of it \
-             with {rest_of_world:.4}\n"
-        )
+        let find = |&cell: &Cell| {
+            let operator = self.verdicts.decision(cell);
+            format!("{}\n", of_subject(&self.places.on_earth(cell), subject.probability(cell), operator))
+        };
+        format!("the subject: {standing}\n{}", self.declared.iter().map(find).collect::<String>())
     }
 }

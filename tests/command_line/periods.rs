@@ -44,12 +44,16 @@ fn first(place: &Place) -> Value {
 fn all_commands_state_the_same_of_one_subject() {
     let place = Place::new();
     let report = first(&place);
-    let [pos, remaining, outside] = ["pos", "remaining", "rest_of_world"].map(|key| number(&report, key));
-    assert!((pos + remaining + outside - 1.0).abs() < 1e-9, "{report}");
-    assert!(outside > 0.21 && remaining < 0.79 && pos.abs() < 1e-12, "searched in vain: {report}");
+    let [found, remaining, unreachable, outside] =
+        ["found", "remaining", "out_of_reach", "rest_of_world"].map(|key| number(&report, key));
+    assert!((found + remaining + outside - 1.0).abs() < 1e-9, "{report}");
+    assert!(
+        outside > 0.21 && remaining < 0.79 && found.abs() + unreachable.abs() < 1e-12,
+        "searched in vain: {report}"
+    );
     assert!((report["expected_remaining"].as_f64().unwrap() - remaining).abs() < 1e-9, "all is in reach");
     let stated = format!(
-        "found with probability {pos:.4} (POS), else in the area with {remaining:.4}, outside of it with {outside:.4}"
+        "in a declared cell with {found:.4}, elsewhere in the area with {remaining:.4}, outside of the area with {outside:.4}"
     );
     let replayed = place.succeed(&["replay", "first.mcap"]);
     assert!(replayed.contains(&stated), "{stated} is not in {replayed}");
@@ -57,8 +61,10 @@ fn all_commands_state_the_same_of_one_subject() {
     let recorded = inspected.lines().find_map(|line| line.strip_prefix("summary       rest_of_world = "));
     assert!((recorded.unwrap().parse::<f64>().unwrap() - outside).abs() < 1e-9, "{outside} {inspected}");
     let exported = place.succeed(&["export", "first.mcap", "--to", "first.geojson"]);
-    let line = format!("else in the area with {:.1} %", 100.0 * remaining);
-    assert!(exported.contains(&line) && exported.contains("now"), "{line} is not in {exported}");
+    assert!(exported.contains(&stated) && exported.contains("posterior"), "{stated} is not in {exported}");
+    let header = exported.lines().find(|line| line.starts_with("area")).unwrap();
+    assert!(header.contains("POS") && header.contains("posterior"), "{header}");
+    assert!(exported.contains("POS is of the effort, POA x POD") && !stated.contains("POS"), "{exported}");
     let map: Value = serde_json::from_str(&fs::read_to_string(place.path("first.geojson")).unwrap()).unwrap();
     assert!((map["subject"]["rest_of_world"].as_f64().unwrap() - outside).abs() < 1e-6, "{}", map["subject"]);
 }
@@ -92,10 +98,75 @@ fn the_second_period_begins_with_what_the_first_believed_also_in_other_cells() {
     }
     // What was searched in the first period is unlikely in the second, which searches elsewhere.
     let again = place.json(&["run", "second.toml", "--seed", "0", "--record", "second.mcap", "--json"]);
-    assert!(number(&again, "rest_of_world") > outside || number(&again, "pos") > 0.5, "{again}");
+    assert!(number(&again, "rest_of_world") > outside || number(&again, "found") > 0.5, "{again}");
     let (alike, fresh) = (second(12, 30.0), Scenario::load(&place.path("first.toml")).unwrap());
     let corner = |scenario: &Scenario| scenario.prior().probabilities()[0];
     assert!(corner(&alike) < corner(&fresh) / 20.0, "the robot started there");
+}
+
+/// Two pieces of ground that no way connects; the subject is in the second, which is out of reach.
+const APART: &str = "\
+name = 'apart'
+map = { file = 'apart.txt', cell_meters = 30.0 }
+sensor.radius = 1
+objects.cells = [[0, 11]]
+prior.rest_of_world = 0.1
+robots.start = [0, 0]
+mission.budget_meters = 3000.0
+";
+
+#[test]
+fn the_end_of_a_search_says_what_is_out_of_reach() {
+    let place = Place::new();
+    place.write("apart.txt", "....######....\n....######....\n");
+    place.write("apart.toml", APART);
+    let report = place.json(&["run", "apart.toml", "--record", "apart.mcap", "--json"]);
+    let [remaining, unreachable] = ["remaining", "out_of_reach"].map(|key| number(&report, key));
+    assert!(remaining > 0.7 && unreachable > 0.7 && unreachable <= remaining, "{report}");
+    let text = place.succeed(&["run", "apart.toml", "--record", "again.mcap"]);
+    let stated = format!(
+        "elsewhere in the area with {remaining:.4}, of which {unreachable:.4} out of every robot's reach"
+    );
+    assert!(text.contains(&stated), "{stated} is not in {text}");
+    let left = text.lines().find(|line| line.starts_with("left ")).unwrap();
+    let expected =
+        format!("in reach is complete at 0.05, that of the area is NOT: {unreachable:.2} out of reach");
+    assert!(left.contains(&expected), "{left}");
+    assert!(place.succeed(&["replay", "apart.mcap"]).contains(&stated));
+    let exported = place.succeed(&["export", "apart.mcap", "--to", "a.kml", "--origin", "49.2,-2.2"]);
+    assert!(exported.contains(&stated), "{stated} is not in {exported}");
+    assert!(fs::read_to_string(place.path("a.kml")).unwrap().contains("of which 0."));
+}
+
+#[test]
+fn a_find_of_the_one_subject_is_probable_until_somebody_has_looked() {
+    let place = Place::new();
+    let found = FIRST
+        .replace("count = 1", "cells = [[2, 9]]")
+        .replace("radius = 2", "radius = 2\nnoise_variance = 0.05");
+    place.write("found.toml", &found);
+    let text = place.succeed(&["run", "found.toml", "--record", "found.mcap"]);
+    let report = place.json(&["run", "found.toml", "--record", "again.mcap", "--json"]);
+    let probability = report["declared"][0]["probability"].as_f64().unwrap();
+    assert!((0.95..0.99).contains(&probability), "{report}");
+    let percent = (1000.0 * probability).floor() / 10.0;
+    let words = format!(
+        "probable find ({percent:.1} %) at [2, 9] at latitude 49.200674, longitude -2.196089, not confirmed by hand: look before \
+         you stand down\n"
+    );
+    // When it is declared, and in the end.
+    assert!(text.contains(&format!("robot 1  {words}")), "{words} is not in {text}");
+    assert!(text.contains(&format!("declared      {words}")), "{words} is not in {text}");
+    assert!(
+        !text.contains("finds an object") && text.contains("found 1 of 1 object, as the simulation knows"),
+        "{text}"
+    );
+    for shown in [
+        place.succeed(&["replay", "found.mcap"]),
+        place.succeed(&["export", "found.mcap", "--to", "found.gpx"]),
+    ] {
+        assert!(shown.contains(&words) && !shown.contains("object found"), "{words} is not in {shown}");
+    }
 }
 
 #[test]

@@ -306,7 +306,7 @@ fn of_two_finds_of_one_subject_at_most_one_is_true() {
     assert!((mission.status(at(1)).expected_remaining - 0.5 / 0.7).abs() < 1e-3);
     see(&mut mission, at(2), &observation(ONE, 3, 5, 7.0));
     assert_eq!(probabilities(&mission), ["0.99"]);
-    assert!(mission.status(at(2)).expected_remaining < 0.01 && mission.standing().unwrap().success > 0.99);
+    assert!(mission.status(at(2)).expected_remaining < 0.01 && mission.standing().unwrap().found > 0.99);
     see(&mut mission, at(3), &observation(TWO, 0, 7, 7.0));
     assert_eq!(probabilities(&mission), ["0.50", "0.50"]);
     assert!(mission.belief().probability(cell(7)) > 0.99, "by its own readings it is declared");

@@ -11,13 +11,26 @@ pub struct Places {
     grid: Grid,
     cell_meters: f64,
     frame: Option<Georeference>,
+    /// Whether exactly one object is sought there: a find of it is told as one of a subject.
+    pub(crate) is_for_one: bool,
 }
 
 impl Places {
     /// The places of a map, in a frame on the earth if that is known.
     #[must_use]
     pub fn new(terrain: &Terrain, frame: Option<&Georeference>) -> Self {
-        Self { grid: terrain.grid(), cell_meters: terrain.cell_meters(), frame: frame.copied() }
+        Self {
+            grid: terrain.grid(),
+            cell_meters: terrain.cell_meters(),
+            frame: frame.copied(),
+            is_for_one: false,
+        }
+    }
+
+    /// Whether exactly one object is sought there, if they are a scenario's.
+    #[must_use]
+    pub const fn is_for_one(&self) -> bool {
+        self.is_for_one
     }
 
     /// A cell as scenarios write it: `[row, column]`, from the south-west.

@@ -399,7 +399,9 @@ impl Scenario {
     /// Writes where its cells are.
     #[must_use]
     pub fn places(&self) -> Places {
-        Places::new(self.terrain(), self.georeference())
+        let mut places = Places::new(self.terrain(), self.georeference());
+        places.is_for_one = self.one_subject().is_some();
+        places
     }
 
     /// The search's position on the earth, if known.

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use dragnet_coordinator::finds::of_subject;
 use dragnet_proto::message::Activity;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Places, Scenario};
@@ -15,6 +16,8 @@ use crate::terminal::{self, counted};
 /// Observes a search, and prints a line for each decision and each find.
 pub(super) struct Narrator {
     places: Places,
+    /// Whether exactly one object is sought.
+    is_for_one: bool,
     bar: ProgressBar,
     watched: Watched,
     /// Cells that were found at some time, shape `[cells]`.
@@ -44,6 +47,7 @@ impl Narrator {
         let tracks = vec![Vec::new(); scenario.robots().len()];
         Self {
             places: scenario.places(),
+            is_for_one: scenario.one_subject().is_some(),
             bar,
             watched: Watched { tracks, finds: Vec::new() },
             was_found: vec![false; scenario.terrain().grid().cell_count()],
@@ -61,7 +65,7 @@ impl Narrator {
                 self.watched.tracks[robot.index()].push(cell);
                 self.bar.set_position(steps(farthest_cells));
             }
-            StepContext::Finds { robot, cell } => self.find(now, robot, cell),
+            StepContext::Finds { robot, cell, probability } => self.find(now, robot, cell, probability),
         }
     }
 
@@ -95,13 +99,19 @@ impl Narrator {
         }
     }
 
-    fn find(&mut self, time: MissionTime, robot: RobotId, cell: Cell) {
+    fn find(&mut self, time: MissionTime, robot: RobotId, cell: Cell, probability: f64) {
         if std::mem::replace(&mut self.was_found[cell.index()], true) {
             return;
         }
         self.watched.finds.push(Find { cell, robot, time });
         self.bar.set_message(format!("{} found", self.watched.finds.len()));
-        self.tell(time, robot, &format!("finds an object at {}", self.places.on_earth(cell)));
+        let place = self.places.on_earth(cell);
+        let what = if self.is_for_one {
+            of_subject(&place, probability, None)
+        } else {
+            format!("finds an object at {place}")
+        };
+        self.tell(time, robot, &what);
     }
 
     fn tell(&mut self, now: MissionTime, robot: RobotId, what: &str) {

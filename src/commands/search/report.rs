@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dragnet_coordinator::finds::{FindCounts, finds};
+use dragnet_coordinator::finds::{self, FindCounts, of_subject};
 use dragnet_proto::message::Detection;
 use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
@@ -80,20 +80,22 @@ pub(super) struct Report {
     recording: Option<String>,
 }
 
-/// Probabilities of the one subject, which add up to 1.
+/// Probabilities of the one subject by all readings: `found`, `remaining` and `rest_of_world` add up to 1.
 #[derive(Serialize)]
 struct Subject {
-    /// Probability of success: that it is in a declared cell.
-    pos: f64,
+    /// That it is in a declared cell.
+    found: f64,
     /// That it is in another searched cell.
     remaining: f64,
+    /// The part of it that is out of every robot's reach.
+    out_of_reach: f64,
     /// That it is outside of the searched cells.
     rest_of_world: f64,
 }
 
 impl From<Standing> for Subject {
-    fn from(Standing { success, remaining, rest_of_world }: Standing) -> Self {
-        Self { pos: success, remaining, rest_of_world }
+    fn from(Standing { found, remaining, out_of_reach, rest_of_world }: Standing) -> Self {
+        Self { found, remaining, out_of_reach, rest_of_world }
     }
 }
 
@@ -126,7 +128,7 @@ impl Report {
         let latencies = Latencies::new(outcome.decisions.clone());
         let (seconds, robots) = (outcome.ended.as_seconds(), scenario.robots().len());
         let is_simulated = outcome.network.sent > 0;
-        let FindCounts { confirmed, dismissed, .. } = find_counts(scenario, &ended.episode);
+        let FindCounts { confirmed, dismissed, .. } = FindCounts::of(&decided(scenario, &ended.episode));
         let if_defined = |share: f64| (score.object_count() > 0).then_some(share);
         Self {
             scenario: scenario.name().to_owned(),
@@ -185,10 +187,11 @@ impl Report {
         };
         let map = picture.draw(terminal::columns());
         let objects = objects(scenario, episode, &watched.finds);
-        format!("\n{map}\n{objects}\n{}", self.measures(scenario))
+        let subject = subject(scenario, episode);
+        format!("\n{map}\n{objects}\n{}", self.measures(scenario, &subject))
     }
 
-    fn measures(&self, scenario: &Scenario) -> String {
+    fn measures(&self, scenario: &Scenario, subject: &str) -> String {
         let Self { mission_time_s, tail_s, .. } = self;
         let merged = self.observations_merged.map_or_else(String::new, |merged| format!(", {merged} merged"));
         let beliefs = if self.beliefs_equal { "the same" } else { "NOT the same" };
@@ -223,7 +226,7 @@ impl Report {
              {partial}{recording}",
             self.distance(),
             self.left(scenario),
-            self.subject(),
+            subject,
             self.quality(scenario),
             self.decisions(),
             self.observations_sent,
@@ -236,21 +239,16 @@ impl Report {
     fn left(&self, scenario: &Scenario) -> String {
         let expected = self.expected_remaining;
         let limit = scenario.mission().stop_when_expected_remaining;
+        let unreachable = self.subject.as_ref().map_or(0.0, |subject| subject.out_of_reach);
         let limit = match limit {
             Some(limit) if expected > limit => format!("; the search is NOT complete, which is at {limit}"),
+            Some(limit) if unreachable > limit => format!(
+                "; the search of what is in reach is complete at {limit}, that of the area is NOT: {unreachable:.2} out of reach"
+            ),
             Some(limit) => format!("; the search is complete at {limit}"),
             None => String::new(),
         };
         format!("{expected:.2} more objects expected in reach{limit}")
-    }
-
-    /// Where the one subject is, as a line.
-    fn subject(&self) -> String {
-        let Some(Subject { pos, remaining, rest_of_world }) = &self.subject else { return String::new() };
-        format!(
-            "subject       found with probability {pos:.4} (POS), else in the area with {remaining:.4}, outside of it \
-             with {rest_of_world:.4}\n"
-        )
     }
 
     /// What was found of what could be.
@@ -334,13 +332,26 @@ fn declared(scenario: &Scenario, episode: &Episode) -> Vec<Declared> {
     scenario.terrain().searched_cells().filter(is_found).map(declare).collect()
 }
 
-/// Numbers of finds by what the operator has decided.
-fn find_counts(scenario: &Scenario, episode: &Episode) -> FindCounts {
+/// The finds with what the operator has decided.
+fn decided(scenario: &Scenario, episode: &Episode) -> Vec<finds::Find> {
     let threshold = scenario.mission().detection_threshold;
     let is_found = |cell: &Cell| episode.belief.is_found(*cell, threshold);
     let object = |cell| Detection { cell, probability: episode.belief.probability(cell), time_ns: 0 };
     let declared: Vec<Detection> = scenario.terrain().searched_cells().filter(is_found).map(object).collect();
-    FindCounts::of(&finds(&declared, &episode.verdicts))
+    finds::finds(&declared, &episode.verdicts)
+}
+
+/// Where the one subject is, and what its finds are, as lines.
+fn subject(scenario: &Scenario, episode: &Episode) -> String {
+    let Some(standing) = episode.subject else { return String::new() };
+    let (places, probability) = (scenario.places(), probability(scenario, episode));
+    let find = |find: &finds::Find| {
+        let words = of_subject(&places.on_earth(find.cell), probability(find.cell), find.operator);
+        format!("declared      {words}\n")
+    };
+    let decided = decided(scenario, episode);
+    let finds = decided.iter().filter(|find| find.is_declared).take(MAX_LISTED).map(find);
+    format!("subject       {standing}\n{}", finds.collect::<String>())
 }
 
 /// The objects found at the end, when and by which robot, the missed ones, and the false finds.
@@ -363,8 +374,12 @@ fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
         objects.filter(|&cell| !is_found(cell)).partition(|&cell| episode.reach.covers(cell));
     let searched = scenario.terrain().searched_cells();
     let wrong = searched.filter(|&cell| is_found(cell) && !truth.is_object(cell)).map(line);
-    let title =
-        format!("found {} of {}\n", episode.score.true_positives, counted(truth.objects().len(), "object"));
+    let truly = if scenario.one_subject().is_some() { ", as the simulation knows" } else { "" };
+    let title = format!(
+        "found {} of {}{truly}\n",
+        episode.score.true_positives,
+        counted(truth.objects().len(), "object")
+    );
     let (missed, out_of_reach) = (missed.into_iter().map(line), out_of_reach.into_iter().map(line));
     [
         title,
