@@ -11,7 +11,7 @@ use dragnet_search::terrain::Terrain;
 pub(crate) fn base(robot: &Robot, was_first_in: Option<Cell>, cell: Cell) -> Cell {
     match robot.start {
         Start::Cell(start) => start,
-        Start::Together | Start::Scattered => was_first_in.unwrap_or(cell),
+        Start::Together { .. } | Start::Scattered => was_first_in.unwrap_or(cell),
     }
 }
 

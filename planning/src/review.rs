@@ -94,7 +94,7 @@ impl MissionPlan {
             Err(problems) => return Review { problems, ..Review::default() },
         };
         let suggested_cell_meters = Scenario::cells_of_areas(&areas).map(|(cell_meters, _)| cell_meters);
-        if !areas.areas.iter().any(|area| matches!(area.purpose, Purpose::Search(_))) {
+        if !areas.has_search_area() {
             let message = "no search area yet: draw one, or open a file that has one".to_owned();
             return Review { problems: vec![Problem { at: Place::Map, message }], ..Review::default() };
         }

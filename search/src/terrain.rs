@@ -190,11 +190,17 @@ impl Terrain {
     }
 
     /// Cells of the largest connected traversable area, by index; of two equal ones the one with the smallest cell.
-    /// Connection is by the 4 neighbors.
     #[must_use]
     pub fn largest_area(&self) -> Vec<Cell> {
+        self.connected_areas().into_iter().next().unwrap_or_default()
+    }
+
+    /// The cells of each connected traversable area, by index; the largest area first, and of equal ones the one with the
+    /// smallest cell. Connection is by the 4 neighbors.
+    #[must_use]
+    pub fn connected_areas(&self) -> Vec<Vec<Cell>> {
         let mut seen = vec![false; self.grid.cell_count()];
-        let mut largest = Vec::new();
+        let mut areas = Vec::new();
         for start in self.traversable_cells() {
             if std::mem::replace(&mut seen[start.index()], true) {
                 continue;
@@ -212,12 +218,12 @@ impl Terrain {
                 }
                 next += 1;
             }
-            if area.len() > largest.len() {
-                largest = area;
-            }
+            area.sort_unstable();
+            areas.push(area);
         }
-        largest.sort_unstable();
-        largest
+        // Stable: they were met by their smallest cells.
+        areas.sort_by_key(|area| std::cmp::Reverse(area.len()));
+        areas
     }
 
     /// Center of a cell, meters east and north of the map's south-western corner.
@@ -253,9 +259,14 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_area_is_connected() {
-        let terrain = Terrain::from_ascii("..#.\n..#.\n###.\n", 1.0).unwrap();
-        let area: Vec<usize> = terrain.largest_area().iter().map(|cell| cell.index()).collect();
-        assert_eq!(area, [4, 5, 8, 9]);
+    fn areas_are_connected_and_the_largest_is_the_first() {
+        let terrain = Terrain::from_ascii("..#.\n..#.\n###.\n.#..\n", 1.0).unwrap();
+        let indices = |area: &Vec<Cell>| area.iter().map(|cell| cell.index()).collect::<Vec<_>>();
+        let areas: Vec<_> = terrain.connected_areas().iter().map(indices).collect();
+        assert_eq!(areas, [vec![2, 3, 7, 11, 15], vec![8, 9, 12, 13], vec![0]]);
+        assert_eq!(indices(&terrain.largest_area()), areas[0]);
+        // Of two equal ones.
+        let terrain = Terrain::from_ascii("..#..\n", 1.0).unwrap();
+        assert_eq!(indices(&terrain.largest_area()), [0, 1]);
     }
 }

@@ -346,17 +346,18 @@ fn sample(mut cells: Vec<Cell>, weights: &[f64], count: u32, random: &mut Stream
 }
 
 pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
-    let area = scenario.terrain().largest_area();
-    let any = |robot: Option<RobotId>| {
+    let areas = scenario.terrain().connected_areas();
+    let any = |area: usize, robot: Option<RobotId>| {
         let mut random = stream(seed, Purpose::Start, robot.map_or(0, RobotId::number));
-        area[random.random_range(0..area.len())]
+        let cells = &areas[area];
+        cells[random.random_range(0..cells.len())]
     };
     scenario
         .robots()
         .iter()
         .map(|robot| match robot.start {
-            Start::Together => any(None),
-            Start::Scattered => any(Some(robot.id)),
+            Start::Together { area } => any(area, None),
+            Start::Scattered => any(0, Some(robot.id)),
             Start::Cell(cell) => cell,
         })
         .collect()

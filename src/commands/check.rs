@@ -6,7 +6,7 @@ use dragnet_files::read_text_at_most;
 use dragnet_runtime::config::{self, AgentSettings, CoordinatorSettings, SimSettings};
 use dragnet_runtime::session::{self, Endpoints};
 use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
-use dragnet_scenario::map_file::{Georeference, MapOrigin};
+use dragnet_scenario::map_file::{Georeference, MapOrigin, Purpose};
 use dragnet_scenario::{Class, Drawn, Robot, Scenario, Start};
 
 use super::settings::Kind;
@@ -119,7 +119,11 @@ fn describe(scenario: &Scenario) -> String {
 fn starts(scenario: &Scenario) -> Vec<String> {
     let start = |(start, robots): (Start, Vec<String>)| {
         let cell = match start {
-            Start::Together => "in a cell drawn by the seed".to_owned(),
+            Start::Together { area: 0 } => "in a cell drawn by the seed".to_owned(),
+            Start::Together { area } => {
+                let cells = scenario.terrain().connected_areas()[area].len();
+                format!("in a cell drawn by the seed, in another part of {cells} cells")
+            }
             Start::Scattered => "each in a cell of its own, drawn by the seed".to_owned(),
             Start::Cell(cell) => {
                 format!("in {}", scenario.places().on_earth(cell))
@@ -150,6 +154,15 @@ fn robots_by<'a, T: PartialEq>(scenario: &'a Scenario, of: impl Fn(&'a Robot) ->
 fn earth(scenario: &Scenario, drawn: &[Drawn]) -> Vec<String> {
     let corner = scenario.georeference().map(Georeference::south_west);
     let corner = corner.map(|corner| format!("  south-western corner at {corner}\n"));
+    let by_area: usize =
+        drawn.iter().filter(|area| area.kind == Purpose::SEARCH).map(|area| area.cells).sum();
+    let searched = scenario.terrain().searched_cells().count();
+    let shared = (by_area > searched).then(|| {
+        format!(
+            "  in all {}: one that several areas touch counts in each\n",
+            counted(searched, "searched cell")
+        )
+    });
     let drawn = drawn.iter().map(|Drawn { name, kind, cells, barriers, .. }| {
         let comes_of_it = match barriers {
             0 => counted(*cells, "searched cell"),
@@ -158,7 +171,8 @@ fn earth(scenario: &Scenario, drawn: &[Drawn]) -> Vec<String> {
         format!("  {kind} {name:?}: {comes_of_it}\n")
     });
     let claims = scenario.claims().map(claims).unwrap_or_default();
-    corner.into_iter().chain(frame(scenario)).chain(drawn).chain(claims).collect()
+    let lines = drawn.chain(shared);
+    corner.into_iter().chain(frame(scenario)).chain(lines).chain(claims).collect()
 }
 
 /// The map's position in the frame of its file, if that is not the frame's origin.

@@ -9,7 +9,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_scenario::file::PolicyField;
-use dragnet_scenario::{Scenario, ScenarioError};
+use dragnet_scenario::{Scenario, ScenarioError, Start};
 
 use super::{Failure, complain};
 use crate::terminal::counted;
@@ -46,10 +46,23 @@ fn assumed(scenario: &Scenario) -> String {
         grid.columns(),
         scenario.sensor().radius(),
         scenario.objects(),
-        counted(scenario.robots().len(), "robot"),
+        robots(scenario),
         policies(scenario),
         changing_assumptions(scenario),
     )
+}
+
+/// The number of robots, and over how many parts of the area they are spread.
+fn robots(scenario: &Scenario) -> String {
+    let starts = scenario.robots().iter().map(|robot| match robot.start {
+        Start::Together { area } => area,
+        Start::Scattered | Start::Cell(_) => 0,
+    });
+    let robots = counted(scenario.robots().len(), "robot");
+    match starts.collect::<BTreeSet<usize>>().len() {
+        0 | 1 => robots,
+        parts => format!("{robots} that start in {parts} parts of it"),
+    }
 }
 
 /// How a scenario of a map alone becomes a file.

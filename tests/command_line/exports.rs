@@ -152,3 +152,26 @@ fn a_recording_that_cannot_be_exported_is_rejected() {
         &["--at 999999", "the recording ends at", "allowed is 0 to that"],
     );
 }
+
+/// Two fields that share a column of cells, and an island.
+const PARTS: &str = r#"{"type":"FeatureCollection","features":[
+{"type":"Feature","properties":{"name":"west"},"geometry":{"type":"Polygon","coordinates":[[[8,47],[8.00205,47],[8.00205,47.004],[8,47.004],[8,47]]]}},
+{"type":"Feature","properties":{"name":"east"},"geometry":{"type":"Polygon","coordinates":[[[8.00205,47],[8.004,47],[8.004,47.004],[8.00205,47.004],[8.00205,47]]]}},
+{"type":"Feature","properties":{"name":"island"},"geometry":{"type":"Polygon","coordinates":[[[8.02,47],[8.023,47],[8.023,47.003],[8.02,47.003],[8.02,47]]]}}]}"#;
+
+#[test]
+fn a_map_alone_with_parts_says_where_robots_start_and_what_counts_twice() {
+    let place = Place::new();
+    place.write("parts.geojson", PARTS);
+    let checked = place.succeed(&["check", "parts.geojson"]);
+    assert!(checked.contains("searched cells: one that several areas touch counts in each\n"), "{checked}");
+    assert!(checked.contains("the area is in 2 parts that no way connects; 1 has no robot"), "{checked}");
+    let output = place.dragnet(&["run", "parts.geojson", "--robots", "2", "--record", "parts.mcap"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && told.contains("2 robots that start in 2 parts of it"), "{told}");
+    assert!(told.contains("2 parts that no way connects; 1 robot starts in that of"), "{told}");
+    assert!(!told.contains("out of every robot's sight"), "{told}");
+    let exported = place.succeed(&["export", "parts.mcap", "--to", "parts.gpx"]);
+    assert!(exported.contains("a cell that several areas touch counts in the cells of each"), "{exported}");
+    place.refuse(&["check", "parts.gpx"], &["it is the export of a search", "GeoJSON or the KML"]);
+}

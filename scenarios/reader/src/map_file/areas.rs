@@ -35,6 +35,9 @@ const MAX_RINGS: usize = 1_000;
 /// The most features of one file, including ignored ones.
 const MAX_FEATURES: usize = 10_000;
 
+/// How the number of results in an export is told among what is left out.
+const OF_AN_EXPORT: &str = " of an earlier search";
+
 /// The contents of a file of areas.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Areas {
@@ -91,6 +94,17 @@ impl Areas {
     #[must_use]
     pub fn is_file(file: &Path) -> bool {
         Format::of(file) == Some(Format::Areas)
+    }
+
+    /// Whether one of them is searched.
+    #[must_use]
+    pub fn has_search_area(&self) -> bool {
+        self.areas.iter().any(|area| matches!(area.purpose, Purpose::Search(_)))
+    }
+
+    /// Whether some of the file is what an export has added to the areas of its mission.
+    pub(super) fn is_export(&self) -> bool {
+        self.left_out.iter().any(|name| name.ends_with(OF_AN_EXPORT))
     }
 
     /// Only the areas with a probability; the others count as ignored.
@@ -186,7 +200,7 @@ impl Areas {
         }
         if results > 0 {
             let plural = if results == 1 { "" } else { "s" };
-            read.left_out.push(format!("{results} result{plural} of an earlier search"));
+            read.left_out.push(format!("{results} result{plural}{OF_AN_EXPORT}"));
         }
         Ok((read, invalid))
     }
@@ -207,6 +221,8 @@ impl Area {
 }
 
 impl Purpose {
+    /// The kind of search areas, as files name it.
+    pub const SEARCH: &str = kind::SEARCH;
     /// All kinds, as files name them.
     pub const KINDS: [&str; 5] =
         [kind::SEARCH, kind::NO_GO, kind::PRIOR, kind::LAST_KNOWN_POSITION, kind::START];

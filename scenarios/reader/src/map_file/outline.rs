@@ -55,6 +55,8 @@ pub(super) fn grids(areas: &Areas) -> Option<impl Fn(f64) -> Option<Grid>> {
 /// The polygons of search areas, each with its place: the name of its area, and its number in it.
 struct Searched<'a> {
     polygons: Vec<((&'a str, usize), &'a Polygon<f64>)>,
+    /// Whether the file is an export, with results of a search.
+    is_export: bool,
 }
 
 impl<'a> Searched<'a> {
@@ -66,7 +68,7 @@ impl<'a> Searched<'a> {
         let polygons = searched.flat_map(|(name, region)| {
             region.iter().enumerate().map(move |(index, polygon)| ((name.as_str(), index), polygon))
         });
-        Self { polygons: polygons.collect() }
+        Self { polygons: polygons.collect(), is_export: areas.is_export() }
     }
 
     /// The polygons alone.
@@ -98,8 +100,13 @@ impl<'a> Searched<'a> {
         let north = latitudes().fold(f64::NEG_INFINITY, f64::max);
         let west = self.corners().map(|corner| corner.longitude_degrees).fold(f64::INFINITY, f64::min);
         if self.polygons.is_empty() {
-            let allowed = "at least one polygon of kind search, or without a kind and a poa";
-            return Err(MapFileError::value(file, "the map", "without a search area", allowed));
+            let (found, allowed) = if self.is_export {
+                let found = "without a search area: it is the export of a search, with its tracks and finds";
+                (found, "the GeoJSON or the KML of the same recording, which have its areas")
+            } else {
+                ("without a search area", "at least one polygon of kind search, or without a kind and a poa")
+            };
+            return Err(MapFileError::value(file, "the map", found, allowed));
         }
         let south_west = GeoPoint { longitude_degrees: west, latitude_degrees: south };
         let frame = Georeference::new(south_west, f64::midpoint(south, north));

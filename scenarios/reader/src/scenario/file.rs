@@ -219,7 +219,8 @@ pub struct RobotsTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
     /// Start cells of the robots. Default: where the map has features of kind `start`, robot k in the cell nearest to
-    /// the kth of them, and so on in turn; else `random`.
+    /// the kth of them, and so on in turn; else, on drawn search areas that no way connects, each robot in one of them, in
+    /// proportion to their cells; else `random`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartField>,
     /// Robots that differ from the rest.

@@ -59,8 +59,13 @@ impl From<PolicyName> for Policy {
 /// The start cell of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// In one random cell of the largest connected area, shared by all robots with this start.
-    Together,
+    /// In one random cell of a connected area, shared by all robots with this start.
+    Together {
+        /// Its place in [`Terrain::connected_areas`]: 0 is the largest.
+        ///
+        /// [`Terrain::connected_areas`]: dragnet_search::terrain::Terrain::connected_areas
+        area: usize,
+    },
     /// In a random cell of its own, in the largest connected area.
     Scattered,
     /// In this traversable cell.
@@ -80,7 +85,7 @@ pub(super) fn robots(
         Some(name) => classes.named("robots.class", name)?,
         None => Arc::clone(&classes.unnamed),
     };
-    let start = start::of_team(table, &class, map)?;
+    let start = start::of_team(table, count, &class, map)?;
     let team = RobotId::first(u16::try_from(count).unwrap_or(u16::MAX));
     let robot = |id: RobotId| Robot {
         id,

@@ -16,17 +16,49 @@ const ALLOWED: &str = "\"random\", \"scattered\", a cell as [row, column], or a 
 /// The start of each robot of a team by number, from 0, as far as it has none of its own.
 pub(super) fn of_team(
     table: &RobotsTable,
+    count: u32,
     class: &Class,
     map: &MapFile,
 ) -> Result<impl Fn(usize) -> Start + use<>, Invalid> {
-    let starts = match &table.start {
+    let mut starts = match &table.start {
         Some(field) => vec![of_field("robots.start", field, class, map)?],
         None => drawn(map)
             .into_iter()
             .filter_map(|(_, point)| Some(Start::Cell(nearest(map, point)?.0)))
             .collect(),
     };
-    Ok(move |robot: usize| starts.get(robot % starts.len().max(1)).copied().unwrap_or(Start::Together))
+    if starts.is_empty() {
+        // Robots that fly reach every area from any other.
+        let is_spread = count > 1 && !class.flies && map.areas.has_search_area();
+        starts = if is_spread { spread(&map.terrain, count) } else { vec![Start::Together { area: 0 }] };
+    }
+    Ok(move |robot: usize| starts[robot % starts.len()])
+}
+
+/// How many times its cells an area without a robot counts: it would not be searched at all, where others take longer.
+const ALONE: usize = 10;
+
+/// Starts in the connected areas: each next robot where most cells are for each robot so far. So the first starts in the
+/// largest area, and the start of a robot does not depend on how many follow it.
+fn spread(terrain: &Terrain, count: u32) -> Vec<Start> {
+    // The smaller ones get no robot before each of these has one.
+    let areas = terrain.connected_areas().into_iter().take(count as usize);
+    let mut robots: Vec<(usize, usize)> = areas.map(|area| (area.len(), 0)).collect();
+    // As a fraction, which compares exactly.
+    let cells_each =
+        |(cells, robots): (usize, usize)| if robots == 0 { (ALONE * cells, 1) } else { (cells, robots) };
+    let is_less = |a, b| {
+        let ((a, of_a), (b, of_b)) = (cells_each(a), cells_each(b));
+        a * of_b < b * of_a
+    };
+    let mut next = || {
+        // Of equal ones the larger, which is the first.
+        let area =
+            (0..robots.len()).reduce(|best, it| if is_less(robots[best], robots[it]) { it } else { best })?;
+        robots[area].1 += 1;
+        Some(Start::Together { area })
+    };
+    (0..count).map_while(|_| next()).collect()
 }
 
 /// The start that a field gives to robots of a class.
@@ -38,7 +70,7 @@ pub(super) fn of_field(
 ) -> Result<Start, Invalid> {
     let terrain = &map.terrain;
     match field {
-        StartField::Word(word) if word == "random" => Ok(Start::Together),
+        StartField::Word(word) if word == "random" => Ok(Start::Together { area: 0 }),
         StartField::Word(word) if word == "scattered" => Ok(Start::Scattered),
         StartField::Word(word) => Err(Invalid::new(key, format!("{word:?}"), ALLOWED)),
         &StartField::Cell(position) => {
@@ -181,7 +213,71 @@ mod tests {
         assert!(own.robots().iter().all(|robot| robot.start == Start::Scattered));
         let one = load(&posts, "count = 2\nrobot = [{ number = 1, start = [3, 4] }]").unwrap();
         assert_eq!(starts(&one), [[3, 4], [1, 10]]);
-        assert!(load("", "count = 2").unwrap().robots().iter().all(|robot| robot.start == Start::Together));
+        let together = Start::Together { area: 0 };
+        assert!(load("", "count = 2").unwrap().robots().iter().all(|robot| robot.start == together));
+    }
+
+    /// Beside the square of 11 x 11 cells: one of 5 x 11, and one of 2 x 2.
+    const ISLANDS: &str = r#",{"type":"Feature","properties":{"name":"island"},"geometry":{"type":"MultiPolygon",
+        "coordinates":[[[[0.02,0],[0.0245,0],[0.0245,0.01],[0.02,0.01],[0.02,0]]],
+        [[[0.03,0],[0.0318,0],[0.0318,0.0018],[0.03,0.0018],[0.03,0]]]]}}"#;
+
+    #[test]
+    fn without_starts_robots_are_spread_over_the_parts_of_the_area() {
+        let areas = |robots: &str| -> Vec<usize> {
+            let scenario = load(ISLANDS, robots).unwrap();
+            let areas = scenario.terrain().connected_areas();
+            assert_eq!(areas.iter().map(Vec::len).collect::<Vec<_>>(), [121, 55, 4]);
+            let area = |start| match start {
+                Start::Together { area } => area,
+                other => panic!("{other:?}"),
+            };
+            scenario.robots().iter().map(|robot| area(robot.start)).collect()
+        };
+        assert_eq!(areas("count = 1"), [0]);
+        // The most of 121, 55 and 4 cells for each robot so far, tenfold without one: 1210, 550, 121, 121 / 2, 55, 121 / 3, 40.
+        assert_eq!(areas("count = 7"), [0, 1, 0, 0, 1, 0, 2]);
+        // Told to start together they do.
+        assert_eq!(areas("count = 3\nstart = 'random'"), [0; 3]);
+        let posts = ISLANDS.to_owned() + &drawn("post", 0.0005, 0.0005);
+        assert_eq!(starts(&load(&posts, "count = 2").unwrap()), [[0, 0], [0, 0]]);
+        let above =
+            "count = 2\nclass = 'drone'\n[classes.drone]\nflies = true\nspeed_meters_per_second = 6.0";
+        assert_eq!(areas(above), [0, 0]);
+    }
+
+    #[test]
+    fn parts_without_a_robot_are_told_with_their_cells() {
+        let told = |robots: &str| {
+            let scenario = load(ISLANDS, robots).unwrap();
+            let said: Vec<String> = scenario.warnings().iter().map(ToString::to_string).collect();
+            let parts: Vec<&String> = said.iter().filter(|it| it.contains("no way connects")).collect();
+            assert!(parts.len() <= 1 && !said.iter().any(|it| it.contains("no path connects")), "{said:?}");
+            parts.first().map(|it| (*it).clone()).unwrap_or_default()
+        };
+        let one = told("count = 1");
+        assert!(
+            one.starts_with(
+                "the area is in 3 parts that no way connects; 2 have no robot, of 55 and 4 cells"
+            ),
+            "{one}"
+        );
+        assert!(
+            one.contains("a start drawn in each") && one.ends_with("; 1 robot starts in that of 121 cells"),
+            "{one}"
+        );
+        let three = told("count = 3");
+        assert!(three.contains("3 parts that no way connects; 1 has no robot, of 4 cells"), "{three}");
+        assert!(three.ends_with("; 2 robots start in that of 121 cells, 1 in that of 55"), "{three}");
+        // The smallest is seen from its neighbor, and all are seen from above.
+        assert_eq!(
+            told("count = 2\n[sensor]\nradius = 11"),
+            "the area is in 2 parts that no way connects; 1 robot starts in that of 121 cells, 1 in that of 55"
+        );
+        assert_eq!(
+            told("count = 2\nclass = 'drone'\n[classes.drone]\nflies = true\nspeed_meters_per_second = 6.0"),
+            ""
+        );
     }
 
     #[test]

@@ -83,7 +83,7 @@ fn missing_keys_have_their_defaults() {
     let [robot] = scenario.robots() else { panic!("{:?}", scenario.robots()) };
     assert_eq!(
         (robot.id, &robot.policy, robot.start),
-        (RobotId::FIRST, &plain(Exact::Path), Start::Together)
+        (RobotId::FIRST, &plain(Exact::Path), Start::Together { area: 0 })
     );
     assert_eq!(scenario.only_class(), Some(&*robot.class));
     assert_eq!((&*robot.class.sensor, robot.class.flies), (scenario.sensor(), false));
@@ -684,11 +684,63 @@ fn areas_that_close_nothing_are_warned_of() {
     assert_eq!(cells, [("field", 600), ("speck", 0), ("pond", 9), ("sea", 0), ("fence", 30)]);
     let expected = [
         "searched cells .. sight",
+        "in 2 parts .. 1 has no robot, of 270 cells .. 1 robot starts in that of 291 cells",
         "search \"speck\" .. no searched cell",
         "no_go \"sea\" .. closes no cell",
         "2 .. no_go \"fence\" .. 1 beyond the map",
     ];
     check_warnings(&scenario, &expected);
+}
+
+/// A scenario of these features alone, `(properties, rings)` in degrees.
+fn of_map(features: &[(&str, &str)]) -> Scenario {
+    let feature = |(properties, rings): &(&str, &str)| {
+        format!(
+            r#"{{"type":"Feature","properties":{{{properties}}},"geometry":{{"type":"Polygon","coordinates":[{rings}]}}}}"#
+        )
+    };
+    let features = features.iter().map(feature).collect::<Vec<_>>().join(",");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.geojson");
+    fs::write(&file, format!(r#"{{"type":"FeatureCollection","features":[{features}]}}"#)).unwrap();
+    Scenario::load(&file).unwrap()
+}
+
+#[test]
+fn a_probability_that_regions_leave_with_a_narrow_gap_is_told() {
+    let area = ("", "[[0,0],[0.01,0],[0.01,0.01],[0,0.01],[0,0]]");
+    let west = (r#""poa":0.5"#, "[[0,0],[0.00497,0],[0.00497,0.01],[0,0.01],[0,0]]");
+    let check = |east: &str, poa: &str, expected: &[&str]| {
+        let east = (poa, east);
+        check_warnings(&of_map(&[area, west, east]), expected);
+    };
+    let (apart, meeting) = (
+        "[[0.00503,0],[0.01,0],[0.01,0.01],[0.00503,0.01],[0.00503,0]]",
+        "[[0.00497,0],[0.01,0],[0.01,0.01],[0.00497,0.01],[0.00497,0]]",
+    );
+    check(
+        apart,
+        r#""poa":0.3"#,
+        &["20.0 % of the probability and 0.6 % of the search area .. beyond the map"],
+    );
+    check(meeting, r#""poa":0.3"#, &[]);
+    check(apart, r#""poa":0.5"#, &[]);
+}
+
+#[test]
+fn mended_polygons_are_counted_and_the_first_are_named() {
+    let spiked = |west: u32| {
+        let [a, b] = [west, west + 1].map(|at| f64::from(at) / 100.0);
+        format!("[[{a},0],[{b},0],[{b},0.01],[{b},0.011],[{b},0.01],[{a},0.01],[{a},0]]")
+    };
+    let rings: Vec<String> = (0..5).map(spiked).collect();
+    let features: Vec<(&str, &str)> = rings.iter().map(|rings| ("", rings.as_str())).collect();
+    let told = "mended 5 polygons .. feature 1, polygon 1 .. feature 2, .. feature 3, .. and 2 more";
+    check_warnings(&of_map(&features), &[told]);
+    check_warnings(
+        &of_map(&features[..1]),
+        &["mended a polygon, .. feature 1, polygon 1: ring 1 crosses or touches"],
+    );
 }
 
 #[test]

@@ -8,7 +8,7 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::sensor::{Noise, Sensor};
 
-use crate::map_file::areas::{Areas, Purpose};
+use crate::map_file::areas::{Areas, Purpose, Rest};
 
 use super::{Drawn, Objects, Scenario, Start, start};
 
@@ -32,6 +32,13 @@ pub enum Warning {
         robot: RobotId,
         /// The first one that it cannot reach.
         other: RobotId,
+    },
+    /// Drawn search areas in parts that no path connects, of which some have no robot, or for which robots are spread.
+    Parts {
+        /// Traversable cells of each part that a robot starts in, and how many robots do, the largest part first.
+        searched: Vec<(usize, usize)>,
+        /// Traversable cells of each part without a robot of which some searched cell is seen by none, the largest first.
+        unsearched: Vec<usize>,
     },
     /// A search area or a no-go area without effect.
     Idle {
@@ -108,10 +115,15 @@ pub enum Warning {
     },
     /// Polygons with a fault that changes next to nothing, and were read without it.
     Mended {
-        /// Place and fault of the first one.
-        first: String,
-        /// How many others there are.
-        others: usize,
+        /// Place and fault of each, at least one.
+        faults: Vec<String>,
+    },
+    /// The regions leave a probability, and ground of the search area between them that is too narrow for a cell of its own.
+    Gap {
+        /// The probability that they leave, which lies beyond the map.
+        poa: f64,
+        /// The share of the search area that no region covers.
+        share: f64,
     },
     /// A feature of a file that has no meaning for the search.
     LeftOut {
@@ -128,6 +140,19 @@ const CLIPPED_VARIANCE: f32 = 0.3;
 /// 3600 cells were complete after 1.4 (a square) to 3.3 (a long island); where the budget was for 1.0, two areas left a
 /// fifth of the object or more.
 const LOOKS_A_CELL: f64 = 1.3;
+
+/// The most mended polygons that are told by themselves.
+const MAX_FAULTS: usize = 3;
+
+/// Shares of a probability or an area below this are those of rounded coordinates and percentages.
+const LEAST_TOLD: f64 = 1e-3;
+
+/// The most parts of an area that are told by themselves.
+const MAX_PARTS: usize = 5;
+
+/// What is done about parts of an area without robots.
+const TO_SEARCH_ALL: &str =
+    "with more robots, or a start drawn in each, they are searched too, or search each by itself";
 
 /// Why an object is never found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,6 +184,7 @@ impl Warning {
             Self::Apart { robot, other } => {
                 format!("robots {robot} and {other} start in areas that no path connects")
             }
+            Self::Parts { searched, unsearched } => parts(searched, unsearched),
             Self::Idle { kind, name, closes: true } => {
                 format!("{kind} {name:?} closes no cell: it lies where nothing is searched")
             }
@@ -208,13 +234,27 @@ impl Warning {
                 };
                 format!("search areas overlap, {a:?} and {b:?}{others}: what they share is searched once")
             }
-            Self::Mended { first, others } => {
-                let others = match others {
-                    0 => String::new(),
-                    others => format!("; {others} more polygons have such faults"),
+            Self::Mended { faults } => {
+                let listed =
+                    faults.iter().take(MAX_FAULTS).map(String::as_str).collect::<Vec<_>>().join("; ");
+                let polygons = match faults.len() {
+                    1 => "a polygon".to_owned(),
+                    number => format!("{number} polygons"),
                 };
-                format!("mended, since it changes less than a thousandth of the area: {first}{others}")
+                let more = match faults.len().saturating_sub(MAX_FAULTS) {
+                    0 => String::new(),
+                    more => format!("; and {more} more"),
+                };
+                format!(
+                    "mended {polygons}, since it changes less than a thousandth of the area: {listed}{more}"
+                )
             }
+            Self::Gap { poa, share } => format!(
+                "the regions leave {:.1} % of the probability and {:.1} % of the search area, in gaps narrower than a cell: that \
+                 probability is taken for beyond the map; regions that meet, or one for the rest, say where it is",
+                100.0 * poa,
+                100.0 * share
+            ),
             Self::LeftOut { name } => {
                 format!("left out: {}; kinds are {}", name.escape_debug(), Purpose::KINDS.join(", "))
             }
@@ -236,15 +276,17 @@ impl Scenario {
         // The first robot of each sight: robots that move alike and cannot meet are apart.
         let mut firsts: BTreeMap<Sight, RobotId> = BTreeMap::new();
         let mut apart = None;
-        let largest_area = self.terrain().largest_area();
+        let connected = self.terrain().connected_areas();
         for robot in self.robots() {
-            let Some(start) = some_start(&largest_area, robot.start) else { continue };
+            let Some(start) = some_start(&connected, robot.start) else { continue };
             let sight = robot.class.sight();
             if !reach.is_news(sight, start) {
                 continue;
             }
             let first = *firsts.entry(sight).or_insert(robot.id);
-            if first != robot.id && apart.is_none() {
+            // Whoever is spread over the parts is meant to be apart.
+            let is_meant = matches!(robot.start, Start::Together { area: 1.. });
+            if first != robot.id && apart.is_none() && !is_meant {
                 apart = Some(Warning::Apart { robot: first, other: robot.id });
             }
             reach.add_robot(self.terrain(), sight, start);
@@ -252,8 +294,13 @@ impl Scenario {
         let Areas { left_out, mended, .. } = self.areas();
         let is_seen: Vec<bool> = self.terrain().grid().cells().map(|cell| reach.covers(cell)).collect();
         let starts = start::warnings(&self.file.robots, &self.map);
-        let mut warnings: Vec<Warning> =
-            self.unseen(&is_seen).into_iter().chain(apart).chain(starts).collect();
+        let mut warnings: Vec<Warning> = self
+            .unseen(&is_seen)
+            .into_iter()
+            .chain(apart)
+            .chain(self.parts(&connected, &is_seen))
+            .chain(starts)
+            .collect();
         warnings.extend(self.contradiction());
         warnings.extend(self.stops_at_once(&is_seen));
         warnings.extend(self.short_budget(&is_seen));
@@ -261,13 +308,37 @@ impl Scenario {
         warnings.extend(self.never_found(&is_seen));
         warnings.extend(drawn.iter().filter_map(about_area));
         warnings.extend(self.overlap());
-        warnings.extend(
-            mended
-                .split_first()
-                .map(|(first, others)| Warning::Mended { first: first.clone(), others: others.len() }),
-        );
+        warnings.extend(self.gap());
+        warnings.extend((!mended.is_empty()).then_some(Warning::Mended { faults: mended }));
         warnings.extend(left_out.into_iter().map(|name| Warning::LeftOut { name }));
         warnings
+    }
+
+    /// The connected parts of drawn search areas, with and without robots.
+    fn parts(&self, connected: &[Vec<Cell>], is_seen: &[bool]) -> Option<Warning> {
+        if !self.map.areas.has_search_area() {
+            return None;
+        }
+        let area_of = |start| match start {
+            Start::Together { area } => Some(area),
+            Start::Scattered => Some(0),
+            Start::Cell(cell) => connected.iter().position(|area| area.binary_search(&cell).is_ok()),
+        };
+        let mut robots = vec![0; connected.len()];
+        for area in
+            self.robots().iter().filter(|robot| !robot.class.flies).filter_map(|robot| area_of(robot.start))
+        {
+            robots[area] += 1;
+        }
+        let is_unseen = |&cell: &Cell| self.terrain().is_searched(cell) && !is_seen[cell.index()];
+        let parts = || connected.iter().zip(&robots);
+        let searched: Vec<(usize, usize)> =
+            parts().filter(|&(_, &robots)| robots > 0).map(|(area, &robots)| (area.len(), robots)).collect();
+        let unsearched: Vec<usize> =
+            parts().filter(|(area, _)| area.iter().any(is_unseen)).map(|(area, _)| area.len()).collect();
+        let is_spread =
+            self.robots().iter().any(|robot| matches!(robot.start, Start::Together { area: 1.. }));
+        (is_spread || !unsearched.is_empty()).then_some(Warning::Parts { searched, unsearched })
     }
 
     /// A prior may expect more or fewer objects than there are: a factor of two is a warning.
@@ -281,6 +352,16 @@ impl Scenario {
         };
         let (more, less) = (by_prior.max(by_objects), by_prior.min(by_objects));
         (more > 2.0 * less && more - less > 1.0).then_some(Warning::Contradiction { by_prior, by_objects })
+    }
+
+    /// Ground between regions that is narrower than a cell has no cell of its own for what the regions leave.
+    fn gap(&self) -> Option<Warning> {
+        let Rest { poa, cells } = self.claims()?.rest;
+        if cells > 0 || poa < LEAST_TOLD {
+            return None;
+        }
+        let share = self.areas().unclaimed_share();
+        (share >= LEAST_TOLD).then_some(Warning::Gap { poa, share })
     }
 
     fn overlap(&self) -> Option<Warning> {
@@ -360,9 +441,40 @@ fn about_area(drawn: &Drawn) -> Option<Warning> {
 }
 
 /// A cell of the area that a robot starts in; all of them reach the same.
-fn some_start(largest_area: &[Cell], start: Start) -> Option<Cell> {
-    match start {
-        Start::Cell(cell) => Some(cell),
-        Start::Together | Start::Scattered => largest_area.first().copied(),
-    }
+fn some_start(connected: &[Vec<Cell>], start: Start) -> Option<Cell> {
+    let area = match start {
+        Start::Cell(cell) => return Some(cell),
+        Start::Together { area } => area,
+        Start::Scattered => 0,
+    };
+    connected.get(area)?.first().copied()
+}
+
+/// The parts of an area in words.
+fn parts(searched: &[(usize, usize)], unsearched: &[usize]) -> String {
+    let without = match unsearched {
+        [] => String::new(),
+        [cells] => format!("; 1 has no robot, of {cells} cells: {TO_SEARCH_ALL}"),
+        all => format!("; {} have no robot, of {} cells: {TO_SEARCH_ALL}", all.len(), sizes(all)),
+    };
+    let plural = if matches!(searched, [(_, 1), ..]) { "robot starts" } else { "robots start" };
+    let with = searched.iter().take(MAX_PARTS).enumerate().map(|(place, (cells, robots))| match place {
+        0 => format!("; {robots} {plural} in that of {cells} cells"),
+        _ => format!(", {robots} in that of {cells}"),
+    });
+    let others: usize = searched.iter().skip(MAX_PARTS).map(|(_, robots)| robots).sum();
+    let others = if others > 0 { format!(", {others} in smaller ones") } else { String::new() };
+    let number = searched.len() + unsearched.len();
+    format!("the area is in {number} parts that no way connects{without}{}{others}", with.collect::<String>())
+}
+
+/// Numbers of cells, the largest first.
+fn sizes(cells: &[usize]) -> String {
+    let (listed, others) = cells.split_at(cells.len().min(MAX_PARTS));
+    let mut listed: Vec<String> = listed.iter().map(ToString::to_string).collect();
+    let last = match others {
+        [] => listed.pop().unwrap_or_default(),
+        _ => format!("{} more with {}", others.len(), others.iter().sum::<usize>()),
+    };
+    format!("{} and {last}", listed.join(", "))
 }

@@ -51,11 +51,13 @@ impl Board {
         let (terrain, sensor, connectivity) =
             (scenario.terrain(), scenario.widest_sensor(), scenario.connectivity());
         let grid = terrain.grid();
+        let areas = terrain.connected_areas();
         let starts: Vec<Vec<Cell>> = scenario
             .robots()
             .iter()
             .map(|robot| match robot.start {
-                Start::Together | Start::Scattered => terrain.largest_area(),
+                Start::Together { area } => areas[area].clone(),
+                Start::Scattered => areas[0].clone(),
                 Start::Cell(cell) => vec![cell],
             })
             .collect();
@@ -94,7 +96,9 @@ impl Board {
             seen
         };
         let numbers = |cells: &[Cell]| cells.iter().filter_map(|&cell| number(&positions, cell)).collect();
-        let is_together = scenario.robots().iter().all(|robot| robot.start == Start::Together);
+        let is_with_first =
+            |start| matches!(start, Start::Together { .. }) && start == scenario.robots()[0].start;
+        let is_together = scenario.robots().iter().all(|robot| is_with_first(robot.start));
         let starts = match starts.first() {
             Some(first) if is_together || starts.len() == 1 => Starts::Together(numbers(first)),
             _ => Starts::Apart(starts.iter().map(|starts| numbers(starts)).collect()),

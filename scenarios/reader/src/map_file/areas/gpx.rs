@@ -95,6 +95,7 @@ fn polygon(
 mod tests {
     use super::super::{Areas, Purpose};
     use super::*;
+    use crate::map_file::MapFile;
     use crate::mentions::assert_mentions;
 
     /// A file as handheld receivers write it: with a namespace, metadata, elevations, times and extensions.
@@ -158,6 +159,14 @@ mod tests {
         let text = GPX.replace("eTrex 32x", "dragnet").replace("49.2409000", "49.2400000");
         let Areas { areas, left_out, .. } = read(&text).unwrap();
         assert_eq!((areas.len(), &left_out[..]), (0, &["4 results of an earlier search".to_owned()][..]));
+        let of_map = |text: &str| {
+            let areas = Areas::from_bytes(Path::new("a.gpx"), text.as_bytes().to_vec()).unwrap();
+            MapFile::of_areas(Path::new("a.gpx"), areas, 10.0).unwrap_err().to_string()
+        };
+        let told = "without a search area: .. export of a search .. tracks and finds; .. GeoJSON or the KML .. have its areas";
+        assert_mentions(&of_map(&text), told);
+        let places = "<gpx><wpt lat='1' lon='2'><name>A</name></wpt></gpx>";
+        assert_mentions(&of_map(places), "without a search area; allowed is at least one polygon");
     }
 
     #[test]

@@ -15,12 +15,13 @@ use std::path::Path;
 
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::terrain::Terrain;
-use geo::{Area as _, CoordsIter, MapCoords, MultiPolygon};
+use geo::{Area as _, BooleanOps, CoordsIter, MapCoords, MultiPolygon, Polygon};
 
 use super::{Area, Areas, Purpose};
 use crate::map_file::MapFileError;
 use crate::map_file::georeference::{GeoPoint, Georeference};
 use crate::map_file::scanline::covered_cells;
+use crate::map_file::union::union;
 
 /// Standard deviations at which a normal distribution is cut off: less than 1e-14 lies beyond.
 const SPREADS: f64 = 8.0;
@@ -126,6 +127,26 @@ impl Areas {
         }
         prior.spread_rest(file, terrain, &is_claimed, expected_objects)?;
         Ok(Some(prior))
+    }
+}
+
+impl Areas {
+    /// The share of the search areas' ground that no region covers, 0 to 1; 0 with a last known position, which has no border.
+    pub(crate) fn unclaimed_share(&self) -> f64 {
+        if self.areas.iter().any(|area| matches!(area.purpose, Purpose::LastKnownPosition { .. })) {
+            return 0.0;
+        }
+        let of = |is_of: fn(&Purpose) -> bool| -> Vec<&Polygon<f64>> {
+            self.areas
+                .iter()
+                .filter(|area| is_of(&area.purpose))
+                .flat_map(|area| area.purpose.polygons())
+                .collect()
+        };
+        let searched = union(&of(|purpose| matches!(purpose, Purpose::Search(_))));
+        let claimed = union(&of(|purpose| matches!(purpose, Purpose::Prior { .. })));
+        let unclaimed = searched.difference(&claimed).unsigned_area();
+        if searched.0.is_empty() { 0.0 } else { unclaimed / searched.unsigned_area() }
     }
 }
 

@@ -9,11 +9,11 @@ use geo::coordinate_position::CoordPos;
 use geo::dimensions::Dimensions;
 use geo::line_intersection::{LineIntersection, line_intersection};
 use geo::{
-    Area, BooleanOps, BoundingRect, Coord, Intersects, Line, LineString, MultiPolygon, Polygon,
-    PreparedGeometry, Relate, RemoveRepeatedPoints,
+    Area, BooleanOps, BoundingRect, Coord, CoordsIter, Intersects, Line, LineString, LinesIter, MultiPolygon,
+    Point, Polygon, PreparedGeometry, Relate, RemoveRepeatedPoints,
 };
-use rstar::RTree;
 use rstar::primitives::GeomWithData;
+use rstar::{PointDistance, RTree};
 
 use super::feature::Position;
 use crate::map_file::union::{overlapping_pairs, union};
@@ -21,6 +21,10 @@ use crate::map_file::{GeoPoint, MapFileError};
 
 /// The greatest share of a polygon's area that mending it may change.
 const MENDED_SHARE: f64 = 1e-3;
+/// What computing with coordinates may change, as a share of a length.
+const ROUNDING: f64 = 1e-9;
+/// What the union of polygons may change, which rounds to a grid, as a share of a length or of an area.
+const UNION_ROUNDING: f64 = 1e-7;
 
 /// Valid polygons that share no ground; messages number them within the feature. The faults of those that were mended, or left out since they
 /// hold no ground beside others, are added to `mended`.
@@ -38,11 +42,12 @@ pub(super) fn polygons(
             valid.push(drawn);
             continue;
         };
-        match parts(&drawn) {
-            Some(parts) => valid.extend(parts),
-            None => return Err(no_area(file, &place, &fault)),
+        let Some(parts) = parts(&drawn) else { return Err(no_area(file, &place, &fault)) };
+        let is_lossless = is_lossless(&drawn, &parts);
+        valid.extend(parts);
+        if !is_lossless {
+            faults.push((place, fault));
         }
-        faults.push((place, fault));
     }
     match faults.first() {
         Some((place, fault)) if valid.is_empty() => return Err(no_area(file, place, fault)),
@@ -80,12 +85,39 @@ fn parts(drawn: &Polygon<f64>) -> Option<MultiPolygon<f64>> {
     (area >= 0.0 && is_mended && parts.iter().all(|part| fault(part).is_none())).then_some(parts)
 }
 
+/// Whether the parts of a polygon have all of its ground and all of its corners: its rings touch each other or themselves,
+/// as the neck of a lake and the bridge to a hole do, and nothing is left out.
+fn is_lossless(drawn: &Polygon<f64>, parts: &MultiPolygon<f64>) -> bool {
+    let Some(bounds) = drawn.bounding_rect() else { return false };
+    let index = RTree::bulk_load(parts.lines_iter().collect());
+    let near = UNION_ROUNDING * bounds.width().max(bounds.height());
+    let is_kept = |corner: Coord<f64>| {
+        let nearest = index.nearest_neighbor(&Point::from(corner));
+        nearest.is_some_and(|line| line.distance_2(&Point::from(corner)) <= near * near)
+    };
+    let lost = (drawn.unsigned_area() - parts.unsigned_area()).abs();
+    lost <= UNION_ROUNDING * drawn.unsigned_area() && drawn.coords_iter().all(is_kept)
+}
+
+/// Whether all corners of a ring lie on one line.
+fn is_line(ring: &LineString<f64>) -> bool {
+    let Some(&first) = ring.0.first() else { return true };
+    let length = |corner: Coord<f64>| corner.x.hypot(corner.y);
+    let arms = || ring.0.iter().map(|&corner| corner - first);
+    let Some(longest) = arms().max_by(|a, b| length(*a).total_cmp(&length(*b))) else { return true };
+    let across = |arm: Coord<f64>| (longest.x * arm.y - longest.y * arm.x).abs();
+    arms().all(|arm| across(arm) <= ROUNDING * length(longest).powi(2))
+}
+
 /// What is wrong with a polygon, if anything.
 fn fault(polygon: &Polygon<f64>) -> Option<String> {
     let holes = polygon.interiors();
     for (number, ring) in std::iter::once(polygon.exterior()).chain(holes).enumerate() {
         if ring.remove_repeated_points().0.len() < 4 {
             return Some(format!("ring {} has fewer than 3 corners", number + 1));
+        }
+        if is_line(ring) {
+            return Some(format!("ring {} has no ground: all of its corners lie on one line", number + 1));
         }
         if let Some(Coord { x, y }) = crossing(ring) {
             return Some(format!("ring {} crosses or touches itself at [{x:.6}, {y:.6}]", number + 1));

@@ -88,31 +88,45 @@ fn areas_that_are_written_are_read_back() {
 
 /// As outlines of cities and parks are published.
 #[test]
-fn faults_that_change_nothing_are_mended_and_told() {
+fn faults_that_change_next_to_nothing_are_mended_and_told_if_anything_is_lost() {
     let square = |more: &str| format!("[[0,0],[0.01,0],[0.01,0.01]{more},[0,0.01],[0,0]]");
     let hole = "[[0,0],[0.004,0],[0.004,0.004],[0,0]]";
     for (rings, fault, share) in [
         // A spike, a corner that is drawn twice, and a loop of a meter.
-        (square(",[0.02,0.02],[0.01,0.01]"), "ring 1 crosses or touches itself", 1.0),
-        (square(",[0.005,0.01],[0.006,0.01],[0.005,0.01]"), "ring 1 crosses or touches itself", 1.0),
-        (square(",[0.005,0.01],[0.00501,0.01001],[0.00501,0.01],[0.005,0.01001]"), "crosses or touches", 1.0),
-        // Two triangles that meet in a corner, a hole without ground, and one that is a bay.
+        (square(",[0.02,0.02],[0.01,0.01]"), Some("ring 1 crosses or touches itself"), 1.0),
+        (square(",[0.005,0.01],[0.006,0.01],[0.005,0.01]"), None, 1.0),
         (
-            "[[0,0],[0.01,0],[0.01,0.01],[0.005,0],[0,0.01],[0,0]]".to_owned(),
-            "touches itself at [0.005000, 0.000000]",
-            0.5,
+            square(",[0.005,0.01],[0.00501,0.01001],[0.00501,0.01],[0.005,0.01001]"),
+            Some("crosses or touches"),
+            1.0,
+        ),
+        // Two triangles that meet in a corner, a bridge to a hole, a hole without ground, and one that is a bay.
+        ("[[0,0],[0.01,0],[0.01,0.01],[0.005,0],[0,0.01],[0,0]]".to_owned(), None, 0.5),
+        (
+            square(",[0.005,0.01],[0.005,0.007],[0.006,0.005],[0.004,0.005],[0.005,0.007],[0.005,0.01]"),
+            None,
+            0.98,
         ),
         (
             format!("{},[[0.001,0.002],[0.003,0.002],[0.003,0.002],[0.001,0.002]]", square("")),
-            "ring 2 has",
+            Some("ring 2 has fewer than 3 corners"),
             1.0,
         ),
-        (format!("{},{hole}", square("")), "ring 2, is not inside", 0.92),
+        (
+            format!("{},[[0.001,0.002],[0.003,0.002],[0.002,0.002],[0.001,0.002]]", square("")),
+            Some("ring 2 has no ground"),
+            1.0,
+        ),
+        (format!("{},{hole}", square("")), None, 0.92),
     ] {
         let geometry = format!(r#"{{"type":"Polygon","coordinates":[{rings}]}}"#);
         let read = geojson(&collection(&[(r#""name":"Park""#, &geometry)])).unwrap();
-        let [mended] = &read.mended[..] else { panic!("{rings}: {:?}", read.mended) };
-        assert_mentions(mended, &format!("feature 1 .. \"Park\", polygon 1: .. {fault}"));
+        match (&read.mended[..], fault) {
+            ([mended], Some(fault)) => {
+                assert_mentions(mended, &format!("feature 1 .. \"Park\", polygon 1: .. {fault}"));
+            }
+            (told, fault) => assert!(told.is_empty() && fault.is_none(), "{rings}: {told:?}"),
+        }
         let area = MultiPolygon::new(read.areas[0].purpose.polygons().to_vec()).unsigned_area();
         assert!((area - share * 1e-4).abs() < 1e-7, "{rings}: {area}");
         let again = geojson(&read.to_geojson()).unwrap();
@@ -122,6 +136,13 @@ fn faults_that_change_nothing_are_mended_and_told() {
     let beside = format!(r#"{{"type":"MultiPolygon","coordinates":[{line},[{}]]}}"#, square(""));
     let read = geojson(&collection(&[("", &beside)])).unwrap();
     assert_eq!((read.areas[0].purpose.polygons().len(), read.mended.len()), (1, 1));
+    // Ground of no width.
+    let line = r#"{"type":"Polygon","coordinates":[[[8,49],[8.01,49.02],[8.003,49.006],[8,49]]]}"#;
+    let error = geojson(&collection(&[(r#""name":"Path""#, line)])).unwrap_err();
+    assert_mentions(
+        &error,
+        "feature 1 .. \"Path\", polygon 1 is not an area: ring 1 has no ground .. on one line",
+    );
     // Two lobes that cancel each other out, and a polygon that is drawn twice.
     for rings in [
         "[[0,0],[0.01,0.01],[0.01,0],[0,0.01],[0,0]]",
