@@ -225,7 +225,9 @@ impl Fold {
         let mut reach = Reach::unknown(terrain.grid());
         for (robot, visits) in &self.visits {
             let Some(&sight) = sights.get(robot.index()) else { continue };
-            visits.iter().for_each(|visit| reach.add_robot(terrain, sight, visit.cell));
+            for visit in visits {
+                reach.add_robot(terrain, sight, visit.cell);
+            }
         }
         reach
     }

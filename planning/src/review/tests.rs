@@ -98,6 +98,8 @@ fn ground_out_of_sight_has_a_place_on_the_earth() {
     let review = plan.review();
     let warning = review.warnings.iter().find(|it| it.contains("out of every robot's sight")).unwrap();
     assert!(warning.contains("the first one at 0.000") && !warning.contains('['), "{warning}");
+    let parts = "the area is in 2 parts that no way connects; 1 has no robot";
+    assert!(review.warnings.iter().any(|it| it.starts_with(parts)), "{review:?}");
     let [[south, west, north, east]] = review.unseen[..] else { panic!("{:?}", review.unseen) };
     assert!(south.abs() < 2e-4 && (north - 0.01).abs() < 3e-4, "{south} to {north}");
     assert!((0.0065..0.008).contains(&west) && (east - 0.01).abs() < 3e-4, "{west} to {east}");
