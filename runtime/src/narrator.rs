@@ -77,14 +77,13 @@ impl Narrator {
         let reasons = reasons.into_iter().collect::<Vec<_>>().join("; ");
         let (robots, objects) = (self.activities.len(), self.found.len());
         let by_hand = self.by_hand();
-        let finds: String = if self.is_for_one {
-            self.declared.iter().map(|object| format!("; {}", self.find(object))).collect()
-        } else {
-            String::new()
-        };
-        Some(format!(
-            "done: all robots that are here ({robots}) rest, {reasons}; objects declared: {objects}{by_hand}{finds}"
-        ))
+        let mut parts = vec![format!(
+            "done: all robots that are here ({robots}) rest, {reasons}; objects declared: {objects}{by_hand}"
+        )];
+        if self.is_for_one {
+            parts.extend(self.declared.iter().map(|object| self.find(object)));
+        }
+        Some(parts.join("; "))
     }
 
     /// A declared find of the one subject.
