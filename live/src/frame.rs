@@ -140,8 +140,8 @@ pub struct Frame {
 /// The probabilities of the one subject, 0 to 1; what they leave is in searched cells that are not declared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SubjectFrame {
-    /// Probability of success: that it is in a declared cell.
-    pub pos: f64,
+    /// That it is in a declared cell.
+    pub found: f64,
     /// That it is outside of the searched cells.
     pub rest_of_world: f64,
 }
@@ -275,7 +275,7 @@ impl Frame {
             expected: status.map_or(0.0, |status| status.expected_remaining),
             subject: view
                 .standing()
-                .map(|it| SubjectFrame { pos: it.found, rest_of_world: it.rest_of_world }),
+                .map(|it| SubjectFrame { found: it.found, rest_of_world: it.rest_of_world }),
             entropy: view.entropy_nats(),
             progress: view.progress(),
             messages: view.messages_per_second(),

@@ -42,7 +42,7 @@ export function showPanel(mission, goTo) {
     write("expected", frame.expected.toFixed(frame.subject === undefined ? 1 : 2));
     element("subject", HTMLElement).hidden = frame.subject === undefined;
     if (frame.subject !== undefined) {
-        write("pos", `${(100 * frame.subject.pos).toFixed(0)} %`);
+        write("subject-found", `${(100 * frame.subject.found).toFixed(0)} %`);
         write("rest-of-world", `${(100 * frame.subject.rest_of_world).toFixed(0)} %`);
     }
     write("active", `${frame.robots.filter((robot) => robot.state === "searching").length} of ${frame.robots.length}`);

@@ -54,7 +54,7 @@ export interface Frame {
   pod: number;
   expected: number;
   /** Where the one subject is, if exactly one is sought: in a declared cell, or outside of the area. */
-  subject?: { pos: number; rest_of_world: number };
+  subject?: { found: number; rest_of_world: number };
   entropy: number;
   progress: number;
   messages: number;
