@@ -72,7 +72,12 @@ impl World {
         } else {
             cells[usize::from(sequence % 2 == 1)]
         };
-        Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings: self.readings(from) })
+        let mut readings = self.readings(from);
+        if self.random.random_ratio(1, 1000) {
+            // However vague the sensor is. Damaged bytes seldom make such a value.
+            readings[0].value = 1e6;
+        }
+        Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings })
     }
 
     fn mark(&mut self) -> Arc<Observation> {
