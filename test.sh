@@ -47,4 +47,6 @@ cargo build --quiet --locked --manifest-path tests/ros_peer/Cargo.toml --target-
 # The package for Python, and with it all that is tested.
 CARGO=tests/python/cargo VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --manifest-path python/Cargo.toml
 
+# Many tests wait for networks, browsers and processes: two for each core keep it busy.
+export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc)))}
 cargo test --workspace --features train,detector "$@"
