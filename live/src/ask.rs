@@ -6,11 +6,11 @@ use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
 use dragnet_search::cell::{Cell, Position};
-use dragnet_search::observation::RobotId;
-use serde::Deserialize;
+use dragnet_search::route::{Connectivity, ShortestPathTree};
+use serde::{Deserialize, Deserializer};
 
 use crate::polygon::{self, Corner, PolygonError};
-use crate::view::View;
+use crate::view::{State, View};
 
 /// A command of the page, JSON: `{"command": "mark", "row": 3, "column": 4, "as": "clue"}`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -19,16 +19,19 @@ pub enum Ask {
     /// A robot stays where it is, or all do.
     Pause {
         /// The robot; all if it is missing.
+        #[serde(default, deserialize_with = "a_number")]
         robot: Option<u16>,
     },
     /// A robot searches again, or all do.
     Resume {
         /// The robot; all if it is missing.
+        #[serde(default, deserialize_with = "a_number")]
         robot: Option<u16>,
     },
     /// A robot returns to its base, or all do.
     Return {
         /// The robot; all if it is missing.
+        #[serde(default, deserialize_with = "a_number")]
         robot: Option<u16>,
     },
     /// A robot goes to a cell, and stays there.
@@ -63,6 +66,11 @@ pub enum Ask {
         /// Its corners.
         corners: Vec<Corner>,
     },
+}
+
+/// A program that does not know its robot, and says `null`, does not stop all.
+fn a_number<'de, D: Deserializer<'de>>(number: D) -> Result<Option<u16>, D::Error> {
+    u16::deserialize(number).map(Some)
 }
 
 /// Names of marks.
@@ -132,6 +140,22 @@ pub enum AskError {
         /// The given column.
         column: u32,
     },
+    /// A cell to which no way leads from where the robot is.
+    #[error("no way leads from where robot {robot} is to cell [{row}, {column}]")]
+    NoWay {
+        /// The robot.
+        robot: u16,
+        /// The given row.
+        row: u32,
+        /// The given column.
+        column: u32,
+    },
+    /// A robot that can go nowhere.
+    #[error("robot {robot} goes nowhere: its budget is spent, or its battery low")]
+    Spent {
+        /// The robot.
+        robot: u16,
+    },
     /// No find to decide about.
     #[error("there is no find in cell [{row}, {column}]: only a find can be confirmed or dismissed")]
     NoFind {
@@ -196,15 +220,31 @@ fn to_one(view: &View, number: u16, order: RobotOrder, what: &str) -> Result<(Co
     Ok((Command::Robot(*robot, order), format!("Robot {robot} {what}.")))
 }
 
-/// Robots that fly may be sent anywhere; others where robots can drive.
-fn go(view: &View, robot: u16, at: Position) -> Result<(Command, String), AskError> {
+/// Robots that fly may be sent anywhere; others where robots can drive, and a way leads from where they are.
+fn go(view: &View, number: u16, at: Position) -> Result<(Command, String), AskError> {
     let (cell, Position { row, column }) = (cell_at(view, at)?, at);
-    let sight = RobotId::new(robot).and_then(|robot| view.about().sights.get(robot.index()));
+    let robot = view.robots().find(|(robot, ..)| robot.number() == number);
+    let sight = robot.as_ref().and_then(|(robot, ..)| view.about().sights.get(robot.index()));
     let flies = sight.is_some_and(|sight| sight.flies());
     if !flies && !view.terrain().is_traversable(cell) {
         return Err(AskError::NotTraversable { row, column });
     }
-    to_one(view, robot, RobotOrder::Go(cell), &format!("is sent to cell [{row}, {column}], and stays there"))
+    if let Some((_, _, track, state)) = robot {
+        if state == State::Spent {
+            return Err(AskError::Spent { robot: number });
+        }
+        // Diagonal moves connect no more cells than straight ones.
+        let is_cut_off = |(from, _)| {
+            !ShortestPathTree::from(view.terrain(), Connectivity::Four, from).length(cell).is_finite()
+        };
+        if !flies && track.pose.is_some_and(is_cut_off) {
+            return Err(AskError::NoWay { robot: number, row, column });
+        }
+    }
+    let what = format!(
+        "is sent to cell [{row}, {column}], as far as its budget leaves the way home, and stays there"
+    );
+    to_one(view, number, RobotOrder::Go(cell), &what)
 }
 
 fn cell_at(view: &View, at: Position) -> Result<Cell, AskError> {

@@ -189,7 +189,7 @@ impl Activity {
             Self::Cleared => "too little is left for it to find",
             Self::Spent => "its budget or battery leaves no further step",
             Self::Stuck => "no cell can be reached",
-            Self::Paused => "the search is paused",
+            Self::Paused => "the operator has paused it",
             Self::Waiting => "its teammates plan to observe all that is left",
             Self::Returning => "it returns to its base",
             Self::Recalled => "the operator has called it back",

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use dragnet_coordinator::finds::of_subject;
+use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Activity, Detection, Heartbeat, Message, MissionStatus};
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::state_machine::{Effects, StateMachine};
@@ -25,6 +26,8 @@ pub(crate) struct Narrator {
     found: BTreeSet<Cell>,
     /// The operator's verdicts that the coordinator has published.
     verdicts: Verdicts,
+    /// The operator's order to all robots that the coordinator has published, with its number.
+    order: (u64, TeamOrder),
     /// The operator's orders to single robots that the coordinator has published.
     orders: RobotOrders,
     /// The last activity of each robot that the coordinator received.
@@ -42,6 +45,7 @@ impl Narrator {
             declared: Vec::new(),
             found: BTreeSet::new(),
             verdicts: Verdicts::default(),
+            order: (0, TeamOrder::Search),
             orders: RobotOrders::default(),
             activities: BTreeMap::new(),
             is_over: false,
@@ -121,7 +125,10 @@ impl Narrator {
             Message::MissionStatus(status) => Some(status),
             _ => None,
         });
-        lines.extend(statuses.flat_map(|status| self.declares(status)).collect::<Vec<_>>());
+        for status in statuses {
+            lines.extend(self.orders_all(&status.directive));
+            lines.extend(self.declares(status));
+        }
         for (_, message) in &effects.published {
             match message {
                 Message::Verdicts(report) if self.me == Participant::Coordinator => {
@@ -211,6 +218,17 @@ impl Narrator {
         let withdrawn =
             withdrawn.map(|&cell| format!("withdrawn: an object at {}", self.places.on_earth(cell)));
         new.chain(withdrawn).collect()
+    }
+
+    /// The coordinator has published the operator's directive.
+    fn orders_all(&mut self, directive: &Directive) -> Option<String> {
+        let given = directive.numbered_order();
+        let is_new = std::mem::replace(&mut self.order, given) != given;
+        is_new.then(|| match directive.order {
+            TeamOrder::Search => "ordered: all robots search".to_owned(),
+            TeamOrder::Return => "ordered: all robots return to their bases".to_owned(),
+            TeamOrder::Pause => "ordered: all robots pause".to_owned(),
+        })
     }
 
     /// The coordinator has published the operator's orders to single robots.
@@ -381,5 +399,8 @@ mod tests {
             of_robot.lines(&agent, &effects)
         });
         assert_eq!(told.collect::<Vec<_>>(), ["sent to [0, 3]"]);
+        let paused = node.handle(now, Event::Commanded(Command::Team(TeamOrder::Pause))).unwrap();
+        assert_eq!(of_coordinator.lines(&node, &paused), ["ordered: all robots pause"]);
+        assert!(of_coordinator.lines(&node, &paused).is_empty(), "once");
     }
 }

@@ -145,7 +145,7 @@ impl Teller {
         let before = std::mem::replace(&mut self.orders, report.orders.clone());
         let new = report.orders.iter().filter(|&(robot, order)| !before.includes(robot, order));
         let line = |(robot, NumberedOrder { order, .. })| match order {
-            RobotOrder::Search => format!("the operator lets robot {robot} search"),
+            RobotOrder::Search => format!("the operator resumes robot {robot}"),
             RobotOrder::Go(there) => {
                 format!("the operator sends robot {robot} to {}", self.places.on_earth(there))
             }

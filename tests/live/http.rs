@@ -50,6 +50,10 @@ fn changing_the_mission_requires_the_token() {
         "allowed are rows 0 to 17 and columns 0 to 25",
     );
     refused(r#"{"command":"mark","row":0,"column":25,"as":"clue"}"#, 422, "is not searched");
+    refused(r#"{"command":"pause","robot":null}"#, 400, "null");
+    refused(r#"{"command":"pause","robot":9}"#, 422, "there is no robot 9; the team has robots 1 to 3");
+    refused(r#"{"command":"go","robot":1,"row":9,"column":9}"#, 422, "no robot can drive in cell [9, 9]");
+    refused(r#"{"command":"go","robot":1,"row":99,"column":9}"#, 422, "rows 0 to");
     refused(r#"{"command":"search","corners":[[0,0],[3,3]]}"#, 422, "2 corners; allowed are 3 to 1000");
     refused(r#"{"command":"search","corners":[[0,0],[3,0],[3,3]]}"#, 422, "searched already");
     refused(r#"{"command":"find","row":1,"column":99,"as":"confirmed"}"#, 422, "columns 0 to 25");

@@ -5,6 +5,7 @@ const MISSING = {
     close: "An area needs at least three corners",
     return: "Called back already",
 };
+const DRIVES = new Set(["searching", "sent", "returning", "waiting"]);
 export class Controls {
     map;
     redraw;
@@ -84,7 +85,8 @@ export class Controls {
         return this.whom === null ? robots : robots.filter((robot) => robot.robot === this.whom);
     }
     get isHeld() {
-        return this.chosen.length > 0 && this.chosen.every((robot) => robot.order !== "resume");
+        const isHeld = ({ order, state }) => order === "pause" || (order !== "resume" && !DRIVES.has(state));
+        return this.chosen.length > 0 && this.chosen.every(isHeld);
     }
     offerRobots() {
         const robots = this.mission?.frame?.robots ?? [];

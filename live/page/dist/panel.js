@@ -24,8 +24,8 @@ const SIGNS = {
     waiting: "◷ waiting for others",
     returning: "⌂ returning to base",
     recalled: "⌂ called back to base",
-    sent: "➤ goes where it is sent",
-    holding: "◆ holds where it was sent",
+    sent: "➤ goes, as ordered",
+    holding: "◆ holds, as ordered",
 };
 export function showPanel(mission, goTo) {
     const frame = mission.frame;

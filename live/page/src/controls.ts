@@ -16,6 +16,9 @@ const MISSING: Partial<Record<(typeof BUTTONS)[number], string>> = {
   return: "Called back already",
 };
 
+/** States of a robot that drives, or may. */
+const DRIVES: ReadonlySet<RobotFrame["state"]> = new Set(["searching", "sent", "returning", "waiting"] as const);
+
 export class Controls {
   private mission: Mission | undefined;
   private lock: Lock = "checking the token …";
@@ -107,7 +110,9 @@ export class Controls {
 
   /** Whether the operator keeps the robots that orders are to from searching. */
   private get isHeld(): boolean {
-    return this.chosen.length > 0 && this.chosen.every((robot) => robot.order !== "resume");
+    // One that still drives can be paused, whatever it was told.
+    const isHeld = ({ order, state }: RobotFrame) => order === "pause" || (order !== "resume" && !DRIVES.has(state));
+    return this.chosen.length > 0 && this.chosen.every(isHeld);
   }
 
   /** Offers each robot of the team to give orders to, if there are several. */

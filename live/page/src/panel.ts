@@ -27,8 +27,8 @@ const SIGNS: Record<RobotFrame["state"], string> = {
   waiting: "◷ waiting for others",
   returning: "⌂ returning to base",
   recalled: "⌂ called back to base",
-  sent: "➤ goes where it is sent",
-  holding: "◆ holds where it was sent",
+  sent: "➤ goes, as ordered",
+  holding: "◆ holds, as ordered",
 };
 
 export function showPanel(mission: Mission, goTo: (cell: number) => void): void {

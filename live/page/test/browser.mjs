@@ -94,9 +94,10 @@ async function sendOne(page, stopped) {
   assert.equal(await page.locator("#go").getAttribute("title"), "Choose one robot first");
   await page.locator("#whom").selectOption({ label: "robot 2" });
   assert.equal(await text(page, "pause"), "Resume robot 2");
-  await answered(page, () => page.locator("#go").click(), /Robot 2 is sent to cell \[\d+, \d+\], and stays there/);
+  await answered(page, () => page.locator("#go").click(), /Robot 2 is sent to cell \[\d+, \d+\], as far as .*, and stays there/);
   await until("it has it", async () => (await text(page, "acknowledged")) === "Robot 2 has it.");
-  await until("it goes", async () => (await states(page))[1] !== "paused");
+  await until("it goes, and can be paused", async () =>
+    (await states(page))[1] === "holding" || (await text(page, "pause")) === "Pause robot 2");
   await shot(page, "sent.png");
   await until("it is there, and holds", async () => (await states(page))[1] === "holding");
   assert.ok((await states(page)).every((state, index) => index === 1 || state === "paused"), "no other robot goes");
