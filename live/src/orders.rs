@@ -1,8 +1,9 @@
 //! Acknowledgements: the operator's last commands, and the robots that are known to have received each.
 //!
 //! Robots send nothing for them. A heartbeat holds the directive and the version vector that its robot knows, which
-//! include an order to all, an added area or a mark; a robot that knows verdicts, or orders to single robots, publishes them. A command that reaches a robot
-//! through others is acknowledged too, once the coordinator receives a message of that robot.
+//! include an order to all, an added area or a mark; a robot that knows verdicts, or orders to single robots, publishes
+//! them. A command that reaches a robot through others is acknowledged too, once the coordinator receives a message of
+//! that robot.
 
 use std::collections::{BTreeSet, VecDeque};
 

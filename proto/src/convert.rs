@@ -20,7 +20,7 @@ use dragnet_ros2::schema::RosMessage;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
-use dragnet_search::observation::{Source, Versions};
+use dragnet_search::observation::Versions;
 use serde::de::DeserializeOwned;
 
 pub use error::ConvertError;
@@ -77,10 +77,7 @@ pub fn encode_sensed(sensed: &Sensed) -> Vec<u8> {
 /// If the message names another participant as its author.
 pub fn check_sender(message: &Message, sender: Participant) -> Result<(), ConvertError> {
     let author = match message {
-        Message::Observation(observation) => match observation.origin.source {
-            Source::Operator => Participant::Coordinator,
-            Source::Robot(robot) => Participant::Robot(robot),
-        },
+        Message::Observation(observation) => observation.origin.source.into(),
         Message::Intent(intent) => Participant::Robot(intent.robot),
         Message::Heartbeat(heartbeat) => Participant::Robot(heartbeat.robot),
         Message::SyncRequest(request) => request.from,

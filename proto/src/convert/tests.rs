@@ -1,6 +1,6 @@
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, Origin, RobotId, Version};
+use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version};
 
 use super::*;
 use crate::directive::{Directive, TeamOrder};

@@ -393,6 +393,7 @@ impl Scenario {
             areas: [&map.areas[..], &prior.areas].concat(),
             left_out: [&map.left_out[..], &prior.left_out].concat(),
             mended: [&map.mended[..], &prior.mended].concat(),
+            results: map.results + prior.results,
         }
     }
 

@@ -35,9 +35,6 @@ const MAX_RINGS: usize = 1_000;
 /// The most features of one file, including ignored ones.
 const MAX_FEATURES: usize = 10_000;
 
-/// How the number of results in an export is told among what is left out.
-const OF_AN_EXPORT: &str = " of an earlier search";
-
 /// The contents of a file of areas.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Areas {
@@ -46,6 +43,8 @@ pub struct Areas {
     /// Ignored features, by name or position in the file, and ignored shapes of areas, such as `1 point of A`; what an
     /// export has added to its areas counts together.
     pub left_out: Vec<String>,
+    /// Number of features that an export has added to the areas of its mission.
+    pub(crate) results: usize,
     /// Polygons with a fault that changed less than a thousandth of their area, and are read without it: place and fault.
     pub mended: Vec<String>,
 }
@@ -102,17 +101,12 @@ impl Areas {
         self.areas.iter().any(|area| matches!(area.purpose, Purpose::Search(_)))
     }
 
-    /// Whether some of the file is what an export has added to the areas of its mission.
-    pub(super) fn is_export(&self) -> bool {
-        self.left_out.iter().any(|name| name.ends_with(OF_AN_EXPORT))
-    }
-
     /// Only the areas with a probability; the others count as ignored.
     pub(crate) fn likely_ones(self) -> Self {
         let (areas, others): (Vec<Area>, Vec<Area>) =
             self.areas.into_iter().partition(|area| area.purpose.poa().is_some());
         let left_out = self.left_out.into_iter().chain(others.into_iter().map(|area| area.name)).collect();
-        Self { areas, left_out, mended: self.mended }
+        Self { areas, left_out, ..self }
     }
 
     /// Reads a file.
@@ -185,7 +179,7 @@ impl Areas {
         let shapes = || features.iter().map(|feature| &feature.shapes);
         check_number(file, "corners", shapes().map(feature::Shapes::corner_count).sum(), MAX_CORNERS)?;
         check_number(file, "rings", shapes().map(feature::Shapes::ring_count).sum(), MAX_RINGS)?;
-        let (mut read, mut invalid, mut results) = (Self::default(), Vec::new(), 0);
+        let (mut read, mut invalid) = (Self::default(), Vec::new());
         for feature in features {
             match kind::area(file, &feature, &mut read.mended) {
                 Err(error) => invalid.push(error),
@@ -194,13 +188,14 @@ impl Areas {
                     read.left_out.extend(beside.map(|shapes| format!("{shapes} of {}", area.name)));
                     read.areas.push(area);
                 }
-                Ok(None) if kind::is_result(&feature) => results += 1,
+                Ok(None) if kind::is_result(&feature) => read.results += 1,
                 Ok(None) => read.left_out.push(feature.name.unwrap_or(feature.place)),
             }
         }
-        if results > 0 {
-            let plural = if results == 1 { "" } else { "s" };
-            read.left_out.push(format!("{results} result{plural}{OF_AN_EXPORT}"));
+        match read.results {
+            0 => {}
+            1 => read.left_out.push("1 result of an earlier search".to_owned()),
+            results => read.left_out.push(format!("{results} results of an earlier search")),
         }
         Ok((read, invalid))
     }

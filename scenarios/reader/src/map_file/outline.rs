@@ -68,7 +68,7 @@ impl<'a> Searched<'a> {
         let polygons = searched.flat_map(|(name, region)| {
             region.iter().enumerate().map(move |(index, polygon)| ((name.as_str(), index), polygon))
         });
-        Self { polygons: polygons.collect(), is_export: areas.is_export() }
+        Self { polygons: polygons.collect(), is_export: areas.results > 0 }
     }
 
     /// The polygons alone.
