@@ -5,6 +5,7 @@
 //!   a full disk;
 //! - [`inspect`], [`recover`]: inspection and repair of recordings;
 //! - [`playback`]: reads a recording as a list of records; [`fold`]: computes the state of a mission from records;
+//! - [`news`]: orders and verdicts that are given now, or were before;
 //! - [`bag`]: recordings made by ROS 2.
 //!
 //! Robots continue to search without a coordinator.
@@ -17,6 +18,7 @@ pub mod inspect;
 pub mod liveness;
 mod mcap_file;
 pub mod mission;
+pub mod news;
 pub mod node;
 pub mod playback;
 pub mod record;

@@ -4,6 +4,7 @@
 //! clock, network or files.
 
 mod command;
+mod early;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -28,6 +29,7 @@ use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 use dragnet_search::one_subject::{OneSubject, Standing, SubjectPosterior};
 use dragnet_search::terrain::Terrain;
 
+use self::early::Early;
 use crate::declaration::Declarations;
 use crate::finds::{Find, finds};
 use crate::liveness::{Liveness, Presence};
@@ -136,6 +138,8 @@ pub struct Mission {
     directive: Directive,
     /// The operator's orders to single robots.
     orders: RobotOrders,
+    /// Of these, orders that are older than they should be.
+    early: Early,
     /// Prior probability in cells that the operator adds.
     added_prior: f64,
     /// The origin of the operator's marks, once there is one.
@@ -165,6 +169,7 @@ impl Mission {
             next_belief: MissionTime::START + config.belief_period,
             directive: Directive::default(),
             orders: RobotOrders::default(),
+            early: Early::default(),
             added_prior: added_prior(&config.prior, &config.terrain),
             by_hand: None,
             doubled: BTreeSet::new(),
@@ -319,6 +324,9 @@ impl Mission {
             return;
         }
         let has_appeared = matches!(from, Participant::Robot(robot) if self.liveness.received(now, robot));
+        if from != Participant::Coordinator {
+            self.early.hear();
+        }
         match message {
             Message::Intent(intent) => {
                 outcome.records.push(Record::Intent(intent.clone()));

@@ -3,11 +3,13 @@
 //! Robots send nothing for them. A heartbeat holds the directive and the version vector that its robot knows, which
 //! include an order to all, an added area or a mark; a robot that knows verdicts, or orders to single robots, publishes
 //! them. A command that reaches a robot through others is acknowledged too, once the coordinator receives a message of
-//! that robot.
+//! that robot. A later order in the place of another acknowledges that one only if it is one of these commands: robots
+//! may know an order of a later number that is older than any.
 
 use std::collections::{BTreeSet, VecDeque};
 
 use dragnet_coordinator::mission::Record;
+use dragnet_coordinator::news::{self, Given};
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Heartbeat, OrderReport, VerdictReport};
@@ -48,7 +50,7 @@ pub enum Order {
 /// A command, and who has it.
 #[derive(Clone, Debug)]
 pub struct Acknowledged {
-    /// When it was given.
+    /// When it was given; of one that is dated anew, the later time.
     pub time: MissionTime,
     /// The command.
     pub order: Order,
@@ -64,6 +66,7 @@ pub struct Orders {
     directive: Directive,
     to_robots: RobotOrders,
     verdicts: Verdicts,
+    has_heard: bool,
 }
 
 impl Order {
@@ -71,6 +74,15 @@ impl Order {
     #[must_use]
     pub fn concerns(&self, robot: RobotId) -> bool {
         !matches!(self, Self::Robot(whom, _) if *whom != robot)
+    }
+
+    /// Whether two orders differ in nothing but their number.
+    fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Team(_, one), Self::Team(_, other)) => one == other,
+            (Self::Robot(robot, one), Self::Robot(whom, other)) => robot == whom && one.order == other.order,
+            _ => false,
+        }
     }
 }
 
@@ -84,6 +96,21 @@ impl Orders {
     #[must_use]
     pub fn current(&self, robot: RobotId) -> RobotOrder {
         self.to_robots.current(robot, &self.directive)
+    }
+
+    /// Whether an order to all robots is in effect: giving it again changes nothing. Of robots that were never heard only
+    /// orders are known that were given here.
+    #[must_use]
+    pub fn is_given_to_all(&self, order: TeamOrder) -> bool {
+        let Directive { number, order: last, .. } = self.directive;
+        last == order && self.to_robots.newest() <= number && (number > 0 || self.has_heard)
+    }
+
+    /// The same of an order to one robot.
+    #[must_use]
+    pub fn is_given(&self, robot: RobotId, order: RobotOrder) -> bool {
+        let is_own = self.to_robots.iter().any(|(ordered, _)| ordered == robot);
+        self.current(robot) == order && (is_own || self.directive.number > 0 || self.has_heard)
     }
 
     /// Applies a record of the coordinator at its time.
@@ -100,19 +127,32 @@ impl Orders {
         }
     }
 
-    fn give(&mut self, time: MissionTime, order: Order) {
-        self.last.push_front(Acknowledged { time, order, has: BTreeSet::new() });
+    fn list(&mut self, now: MissionTime, given: Given, order: Order) {
+        let has = BTreeSet::new();
+        match given {
+            Given::Now => self.last.push_front(Acknowledged { time: now, order, has }),
+            Given::Before(time) => {
+                let place = self.last.iter().position(|later| later.time <= time).unwrap_or(self.last.len());
+                self.last.insert(place, Acknowledged { time, order, has });
+            }
+            Given::Anew(time) => {
+                if let Some(known) = self.last.iter_mut().find(|known| known.order.is_same(&order)) {
+                    *known = Acknowledged { time, order, has };
+                }
+            }
+        }
         self.last.truncate(MOST);
     }
 
     fn direct(&mut self, now: MissionTime, directive: &Directive) {
         let Directive { number, order, added } = directive;
-        if directive.numbered_order() != self.directive.numbered_order() {
-            self.give(now, Order::Team(*number, *order));
+        if let Some(given) = news::to_all(self.directive.numbered_order(), directive, now) {
+            self.list(now, given, Order::Team(*number, *order));
         }
         let new: BTreeSet<Cell> = added.difference(&self.directive.added).copied().collect();
         if !new.is_empty() {
-            self.give(now, Order::Area(new));
+            // When others were added is not known.
+            self.list(now, Given::Now, Order::Area(new));
         }
         if *directive != self.directive {
             self.directive = directive.clone();
@@ -120,10 +160,11 @@ impl Orders {
     }
 
     fn mark(&mut self, now: MissionTime, observation: &Observation) {
-        let Observation { origin, sequence, ref readings, .. } = *observation;
+        let Observation { origin, sequence, time_ns, ref readings, .. } = *observation;
+        let given = if time_ns < now.0 { Given::Before(MissionTime(time_ns)) } else { Given::Now };
         for reading in readings {
             let mark = if reading.value < 0.5 { Mark::Searched } else { Mark::Clue };
-            self.give(now, Order::Mark { mark, cell: reading.cell, origin, sequence });
+            self.list(now, given, Order::Mark { mark, cell: reading.cell, origin, sequence });
         }
     }
 
@@ -135,35 +176,35 @@ impl Orders {
             });
             return;
         }
-        for (cell, verdict) in report.verdicts.iter() {
-            if !self.verdicts.includes(cell, verdict) {
-                self.give(now, Order::Verdict(cell, verdict));
-            }
+        let before = std::mem::replace(&mut self.verdicts, report.verdicts.clone());
+        for (cell, verdict, given) in news::verdicts(&before, &report.verdicts, now) {
+            self.list(now, given, Order::Verdict(cell, verdict));
         }
-        self.verdicts = report.verdicts.clone();
     }
 
     fn direct_robots(&mut self, now: MissionTime, report: &OrderReport) {
         if let Participant::Robot(robot) = report.from {
+            let mut known: Vec<(RobotId, NumberedOrder)> = report.orders.iter().collect();
+            known.retain(|&(whom, order)| self.lists(&Order::Robot(whom, order)));
             self.acknowledge(robot, |order| match order {
-                Order::Robot(whom, order) => report.orders.includes(*whom, *order),
+                Order::Robot(whom, order) => known.iter().any(|known| known.0 == *whom && known.1 >= *order),
                 _ => false,
             });
             return;
         }
-        for (robot, order) in report.orders.iter() {
-            if !self.to_robots.includes(robot, order) {
-                self.give(now, Order::Robot(robot, order));
-            }
+        let before = std::mem::replace(&mut self.to_robots, report.orders.clone());
+        for (robot, order, given) in news::to_robots(&before, &report.orders, now) {
+            self.list(now, given, Order::Robot(robot, order));
         }
-        self.to_robots = report.orders.clone();
     }
 
     fn beat(&mut self, heartbeat: &Heartbeat) {
         let Heartbeat { directive, versions, .. } = heartbeat;
+        self.has_heard = true;
+        let known = directive.numbered_order();
+        let is_listed = self.lists(&Order::Team(known.0, known.1));
         self.acknowledge(heartbeat.robot, |order| match order {
-            // A later order takes the place of this one.
-            Order::Team(number, order) => directive.numbered_order() >= (*number, *order),
+            Order::Team(number, order) => is_listed && known >= (*number, *order),
             Order::Area(cells) => cells.is_subset(&directive.added),
             Order::Mark { origin, sequence, .. } => {
                 versions.iter().any(|version| version.origin == *origin && version.next > *sequence)
@@ -172,11 +213,159 @@ impl Orders {
         });
     }
 
+    fn lists(&self, order: &Order) -> bool {
+        self.last.iter().any(|known| known.order == *order)
+    }
+
     fn acknowledge(&mut self, robot: RobotId, includes: impl Fn(&Order) -> bool) {
         for last in &mut self.last {
             if !last.has.contains(&robot) && includes(&last.order) {
                 last.has.insert(robot);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::time::Duration;
+
+    use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+    use dragnet_proto::command::Command;
+    use dragnet_proto::message::{Activity, Intent, Message};
+    use dragnet_proto::state_machine::Event;
+    use dragnet_proto::verdict::Decision;
+    use dragnet_scenario::Scenario;
+    use dragnet_search::evidence::Digest;
+
+    use super::*;
+
+    const ONE: RobotId = RobotId::FIRST;
+    const TWO: RobotId = RobotId::new(2).unwrap();
+
+    /// A coordinator, and the commands that its page lists.
+    struct Desk {
+        cell: Cell,
+        mission: Mission,
+        orders: Orders,
+    }
+
+    impl Desk {
+        fn new() -> Self {
+            let text = "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 4 }\nrobots.count = 2\n\
+                        objects.count = 1\nsensor.radius = 2\nmission.budget_seconds = 900.0\n";
+            let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
+            Self {
+                cell: scenario.terrain().grid().cell_numbered(5).unwrap(),
+                mission: Mission::new(CoordinatorConfig::of(&scenario)),
+                orders: Orders::default(),
+            }
+        }
+
+        fn step(&mut self, seconds: u64, event: Event<Message>) {
+            for record in self.mission.react(at(seconds), event).records {
+                self.orders.take(at(seconds), &record);
+            }
+        }
+
+        fn command(&mut self, seconds: u64, command: Command) {
+            self.step(seconds, Event::Commanded(command));
+        }
+
+        fn beat(&mut self, seconds: u64, robot: RobotId, order: (u64, TeamOrder)) {
+            let (time_ns, cell) = (at(seconds).0, self.cell);
+            let intent = Intent { robot, incarnation: 0, decision: 1, time_ns, path: Vec::new().into() };
+            let message = Message::Heartbeat(Heartbeat {
+                robot,
+                time_ns,
+                activity: Activity::Paused,
+                cell,
+                path_meters: 0.0,
+                intent,
+                versions: Vec::new().into(),
+                digest: Digest(0),
+                directive: Directive { number: order.0, order: order.1, added: BTreeSet::new() },
+            });
+            self.step(seconds, Event::Received { from: Participant::Robot(robot), message });
+        }
+
+        fn report(&mut self, seconds: u64, robot: RobotId, orders: &[(RobotId, u64, RobotOrder)]) {
+            let orders = orders.iter().map(|&(to, number, order)| (to, NumberedOrder { number, order }));
+            let (from, orders) = (Participant::Robot(robot), orders.collect());
+            let message = Message::Orders(OrderReport { from, time_ns: at(seconds).0, orders });
+            self.step(seconds, Event::Received { from, message });
+        }
+
+        /// Times, seconds, and robots that have it.
+        fn listed(&self) -> Vec<(f64, Vec<RobotId>)> {
+            self.orders
+                .iter()
+                .map(|it| (it.time.as_seconds().floor(), it.has.iter().copied().collect()))
+                .collect()
+        }
+    }
+
+    fn at(seconds: u64) -> MissionTime {
+        MissionTime::START + Duration::from_secs(seconds)
+    }
+
+    #[test]
+    fn an_order_of_a_young_clock_is_not_acknowledged_by_an_older_one() {
+        let mut desk = Desk::new();
+        desk.command(3, Command::Team(TeamOrder::Pause));
+        assert_eq!(desk.listed(), [(3.0, vec![])]);
+        desk.beat(200, ONE, (at(100).0, TeamOrder::Search));
+        assert_eq!(desk.listed(), [(100.0, vec![])], "the same entry, dated anew");
+        desk.beat(201, TWO, (at(3).0, TeamOrder::Pause));
+        desk.beat(202, TWO, (at(100).0, TeamOrder::Search));
+        assert_eq!(desk.listed(), [(100.0, vec![])]);
+        desk.beat(203, ONE, (at(100).0 + 1, TeamOrder::Pause));
+        assert_eq!(desk.listed(), [(100.0, vec![ONE])]);
+        desk.command(210, Command::Team(TeamOrder::Search));
+        desk.beat(211, TWO, (at(210).0, TeamOrder::Search));
+        assert_eq!(desk.listed(), [(210.0, vec![TWO]), (100.0, vec![ONE, TWO])], "it has a later order");
+    }
+
+    #[test]
+    fn an_order_to_a_robot_by_a_young_clock_is_not_acknowledged_by_an_older_one() {
+        let mut desk = Desk::new();
+        desk.command(3, Command::Robot(ONE, RobotOrder::Pause));
+        desk.report(200, ONE, &[(ONE, at(100).0, RobotOrder::Return)]);
+        assert_eq!(desk.listed(), [(100.0, vec![])], "the same entry, dated anew");
+        desk.report(201, ONE, &[(ONE, at(100).0 + 1, RobotOrder::Pause)]);
+        assert_eq!(desk.listed(), [(100.0, vec![ONE])]);
+    }
+
+    #[test]
+    fn what_robots_knew_before_is_listed_with_its_own_time() {
+        let mut before = Desk::new();
+        before.command(130, Command::Judge(Decision::Confirmed, before.cell));
+        let mut desk = Desk::new();
+        desk.beat(200, ONE, (at(120).0, TeamOrder::Pause));
+        desk.command(205, Command::Robot(TWO, RobotOrder::Search));
+        let verdicts = before.mission.verdicts().clone();
+        let message =
+            Message::Verdicts(VerdictReport { from: Participant::Robot(ONE), time_ns: at(209).0, verdicts });
+        desk.step(209, Event::Received { from: Participant::Robot(ONE), message });
+        desk.report(210, ONE, &[(ONE, at(110).0, RobotOrder::Return)]);
+        let times: Vec<f64> = desk.listed().into_iter().map(|(time, _)| time).collect();
+        assert_eq!(times, [205.0, 130.0, 120.0, 110.0], "the newest first");
+    }
+
+    #[test]
+    fn an_order_is_in_effect_if_it_was_given_or_robots_were_heard() {
+        let mut desk = Desk::new();
+        let given = |desk: &Desk, order: TeamOrder| {
+            (desk.orders.is_given_to_all(order), desk.orders.is_given(TWO, order.into()))
+        };
+        assert_eq!(given(&desk, TeamOrder::Search), (false, false), "robots may know a pause");
+        desk.command(3, Command::Robot(TWO, RobotOrder::Search));
+        assert_eq!(given(&desk, TeamOrder::Search), (false, true));
+        desk.command(4, Command::Team(TeamOrder::Search));
+        assert_eq!(given(&desk, TeamOrder::Search), (true, true));
+        desk.command(5, Command::Robot(TWO, RobotOrder::Pause));
+        assert_eq!(given(&desk, TeamOrder::Search), (false, false));
+        assert_eq!(given(&desk, TeamOrder::Pause), (false, true));
     }
 }

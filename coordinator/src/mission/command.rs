@@ -36,7 +36,9 @@ impl Mission {
             Command::Robot(robot, order) => return self.order(now, robot, order, outcome),
             Command::Team(order) => {
                 // An order that all robots have already is not given again.
-                if directive.order != order || self.orders.newest() > directive.number {
+                let is_in_effect = directive.order == order && self.orders.newest() <= directive.number;
+                if !is_in_effect || !self.early.is_known_to_all(order) {
+                    self.early.gave_all(order);
                     directive.give(now.0.max(self.orders.newest().saturating_add(1)), order);
                 }
             }
@@ -57,13 +59,18 @@ impl Mission {
         let added = self.directive.added.iter().copied();
         let new = self.replica.knowledge_mut().search_also(terrain, added, self.added_prior);
         self.declarations.review(now, self.replica.knowledge().belief(), new);
+        if self.early.redate(&mut self.directive, &mut self.orders) {
+            outcome.records.push(Record::Orders(self.order_report(now)));
+        }
         self.report(now, outcome);
     }
 
     fn order(&mut self, now: MissionTime, robot: RobotId, order: RobotOrder, outcome: &mut Outcome) {
-        if self.orders.current(robot, &self.directive) == order {
+        let is_in_effect = self.orders.current(robot, &self.directive) == order;
+        if is_in_effect && self.early.is_known(robot, order) {
             return;
         }
+        self.early.gave(robot, order);
         let mut orders = self.orders.clone();
         orders.give(now.0, robot, order, &self.directive);
         self.learn_orders(now, &orders, outcome);
@@ -72,6 +79,7 @@ impl Mission {
     /// Merges orders to single robots, from here or from a robot; if any is news, all are recorded and published to all.
     pub(super) fn learn_orders(&mut self, now: MissionTime, orders: &RobotOrders, outcome: &mut Outcome) {
         if self.orders.merge(now, orders) {
+            self.early.redate(&mut self.directive, &mut self.orders);
             outcome.records.push(Record::Orders(self.order_report(now)));
             self.report(now, outcome);
         }

@@ -1,7 +1,7 @@
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Activity, SyncReply, SyncRequest};
-use dragnet_proto::orders::RobotOrder;
+use dragnet_proto::orders::{NumberedOrder, RobotOrder};
 use dragnet_proto::verdict::Decision;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::{Origin, Source, Version};
@@ -343,6 +343,7 @@ fn a_pause_is_published_at_once_and_the_newest_order_counts() {
 #[test]
 fn an_order_to_one_robot_is_recorded_published_and_ended_by_an_order_to_all() {
     let mut mission = mission();
+    receive(&mut mission, at(0), ONE, heartbeat(ONE, at(0), vec![]));
     let to_one = |order| Command::Robot(ONE, order);
     let orders = |outcome: &Outcome| -> Vec<RobotOrders> {
         let published = outcome.effects.published.iter();
@@ -387,6 +388,96 @@ fn a_coordinator_that_starts_again_learns_of_a_pause_and_can_end_it() {
     command(&mut again, at(2), Command::Team(TeamOrder::Search));
     let mut robot = before.directive().clone();
     assert!(robot.merge(at(2), again.directive()) && robot.order == TeamOrder::Search);
+}
+
+/// A robot's heartbeat with what it was ordered last, and its report of the orders to single robots.
+fn told(
+    mission: &mut Mission,
+    now: MissionTime,
+    order: (u64, TeamOrder),
+    orders: &[(RobotId, u64, RobotOrder)],
+) -> Outcome {
+    let Message::Heartbeat(beat) = heartbeat(TWO, now, Vec::new()) else { panic!("no heartbeat") };
+    let directive = Directive { number: at(order.0).0, order: order.1, added: BTreeSet::new() };
+    let mut outcome = receive(mission, now, TWO, Message::Heartbeat(Heartbeat { directive, ..beat }));
+    let orders =
+        orders.iter().map(|&(robot, seconds, order)| (robot, NumberedOrder { number: at(seconds).0, order }));
+    let report = OrderReport { from: Participant::Robot(TWO), time_ns: now.0, orders: orders.collect() };
+    let more = receive(mission, now, TWO, Message::Orders(report));
+    outcome.records.extend(more.records);
+    outcome.effects.published.extend(more.effects.published);
+    outcome
+}
+
+/// What each robot is to do.
+fn current(mission: &Mission) -> [RobotOrder; 2] {
+    [ONE, TWO].map(|robot| mission.orders().current(robot, mission.directive()))
+}
+
+#[test]
+fn an_order_that_was_given_before_any_robot_was_heard_is_later_than_what_robots_bring() {
+    // The robots know an order to all of second 100, and one to a robot of second 110; the mission is at second 200.
+    let old = (100, TeamOrder::Search);
+    let go = RobotOrder::Go(cell(5));
+    let to_one = [(ONE, 110, RobotOrder::Return)];
+    let check = |given: &[Command], brought: &[(RobotId, u64, RobotOrder)], expected: [RobotOrder; 2]| {
+        let mut mission = mission();
+        for (seconds, it) in (3..).zip(given) {
+            command(&mut mission, at(seconds), it.clone());
+        }
+        let outcome = told(&mut mission, at(200), old, brought);
+        assert_eq!(current(&mission), expected, "{given:?}");
+        let status = statuses(&outcome).pop().unwrap();
+        assert_eq!(status.directive, *mission.directive(), "it is published");
+        let published = outcome.effects.published.iter().rev();
+        let orders = published
+            .filter_map(|(_, it)| if let Message::Orders(it) = it { Some(&it.orders) } else { None });
+        let recorded = outcome.records.iter().rev().filter_map(|record| match record {
+            Record::Orders(report) if report.from == Participant::Coordinator => Some(&report.orders),
+            _ => None,
+        });
+        if !mission.orders().is_empty() {
+            assert_eq!(
+                (orders.into_iter().next(), recorded.into_iter().next()),
+                (Some(mission.orders()), Some(mission.orders()))
+            );
+        }
+        mission
+    };
+    let [pause, resume] = [TeamOrder::Pause, TeamOrder::Search].map(Command::Team);
+    let paused = check(&[pause.clone()], &[], [RobotOrder::Pause; 2]);
+    assert_eq!(paused.directive().number, at(100).0 + 1);
+    let paused = check(&[pause.clone()], &to_one, [RobotOrder::Pause; 2]);
+    assert_eq!(paused.directive().number, at(110).0 + 1, "it was given after the order to the one robot too");
+    let sent = check(&[Command::Robot(ONE, go)], &to_one, [go, RobotOrder::Search]);
+    assert_eq!(sent.orders().iter().map(|(_, it)| it.number).collect::<Vec<_>>(), [at(110).0 + 1]);
+    check(&[Command::Robot(ONE, go)], &[], [go, RobotOrder::Search]);
+    check(&[Command::Robot(ONE, go), pause.clone()], &to_one, [RobotOrder::Pause; 2]);
+    check(&[pause.clone(), Command::Robot(ONE, go)], &to_one, [go, RobotOrder::Pause]);
+    // Nothing is known yet that it would change, but the robots may know otherwise.
+    let paused = [(ONE, 110, RobotOrder::Pause), (TWO, 120, RobotOrder::Pause)];
+    check(&[resume], &paused, [RobotOrder::Search; 2]);
+    check(&[Command::Robot(ONE, RobotOrder::Search)], &paused, [RobotOrder::Search, RobotOrder::Pause]);
+}
+
+#[test]
+fn only_the_last_order_before_any_robot_was_heard_is_dated_anew() {
+    let mut mission = mission();
+    command(&mut mission, at(3), Command::Team(TeamOrder::Pause));
+    assert!(is_nothing(&command(&mut mission, at(4), Command::Team(TeamOrder::Pause))));
+    told(&mut mission, at(200), (100, TeamOrder::Search), &[]);
+    assert_eq!(current(&mission), [RobotOrder::Pause; 2]);
+    // Another robot that was cut off, which knows a newer one.
+    told(&mut mission, at(201), (150, TeamOrder::Return), &[]);
+    assert_eq!((current(&mission), mission.directive().number), ([RobotOrder::Pause; 2], at(150).0 + 1));
+    // An order to a robot that was given since stays the newer one.
+    command(&mut mission, at(210), Command::Robot(ONE, RobotOrder::Search));
+    told(&mut mission, at(211), (160, TeamOrder::Return), &[]);
+    assert_eq!(current(&mission), [RobotOrder::Search, RobotOrder::Pause]);
+    // The operator's next order to all is dated rightly by itself: what is newer counts.
+    command(&mut mission, at(220), Command::Team(TeamOrder::Search));
+    told(&mut mission, at(240), (230, TeamOrder::Pause), &[]);
+    assert_eq!(current(&mission), [RobotOrder::Pause; 2]);
 }
 
 #[test]

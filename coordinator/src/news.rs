@@ -1,0 +1,88 @@
+//! Orders and verdicts that the coordinator shows for the first time: the operator gives them now, or robots knew them.
+
+use dragnet_proto::directive::{Directive, TeamOrder};
+use dragnet_proto::orders::{NumberedOrder, RobotOrders};
+use dragnet_proto::verdict::{Verdict, Verdicts};
+use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+
+/// When the operator gave what the coordinator shows for the first time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Given {
+    /// Now.
+    Now,
+    /// Before: a coordinator that has started again has learned it from robots.
+    Before(MissionTime),
+    /// It was shown already, and is dated anew: robots knew the same of a later time, or another order that it replaces.
+    Anew(MissionTime),
+}
+
+impl Given {
+    /// An order or verdict has the time at which it was given as its number, or a later one if the clock was behind.
+    fn at(number: u64, shown: MissionTime) -> Self {
+        if number < shown.0 { Self::Before(MissionTime(number)) } else { Self::Now }
+    }
+
+    fn or_anew(self, is_known: bool) -> Self {
+        match self {
+            Self::Before(time) if is_known => Self::Anew(time),
+            given => given,
+        }
+    }
+}
+
+/// The order to all robots, if it is news in a status that the coordinator shows at a time; `before` is that of the
+/// status before.
+#[must_use]
+pub fn to_all(before: (u64, TeamOrder), directive: &Directive, shown: MissionTime) -> Option<Given> {
+    let (number, order) = directive.numbered_order();
+    let is_known = before.0 > 0 && before.1 == order;
+    (before != (number, order)).then(|| Given::at(number, shown).or_anew(is_known))
+}
+
+/// Orders to single robots that are news in a report that the coordinator shows at a time.
+pub fn to_robots(
+    before: &RobotOrders,
+    after: &RobotOrders,
+    shown: MissionTime,
+) -> impl Iterator<Item = (RobotId, NumberedOrder, Given)> {
+    let new = after.iter().filter(|&(robot, order)| !before.includes(robot, order));
+    new.map(move |(robot, order)| {
+        let is_known = before.iter().any(|known| known.0 == robot && known.1.order == order.order);
+        (robot, order, Given::at(order.number, shown).or_anew(is_known))
+    })
+}
+
+/// Verdicts that are news in a report that the coordinator shows at a time.
+pub fn verdicts(
+    before: &Verdicts,
+    after: &Verdicts,
+    shown: MissionTime,
+) -> impl Iterator<Item = (Cell, Verdict, Given)> {
+    let new = after.iter().filter(|&(cell, verdict)| !before.includes(cell, verdict));
+    new.map(move |(cell, verdict)| (cell, verdict, Given::at(verdict.number, shown)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TeamOrder::{Pause, Search};
+    use super::*;
+
+    #[test]
+    fn a_number_before_the_time_at_which_it_is_shown_was_given_before() {
+        let check = |before, (number, order), expected| {
+            let directive = Directive { number, order, ..Directive::default() };
+            assert_eq!(to_all(before, &directive, MissionTime(100)), expected, "{before:?} {directive:?}");
+        };
+        check((0, Search), (0, Search), None);
+        check((0, Search), (100, Pause), Some(Given::Now));
+        check((0, Search), (30, Pause), Some(Given::Before(MissionTime(30))));
+        check((0, Search), (30, Search), Some(Given::Before(MissionTime(30))));
+        check((3, Pause), (31, Pause), Some(Given::Anew(MissionTime(31))));
+        check((30, Pause), (100, Pause), Some(Given::Now));
+        // The coordinator's clock is behind.
+        check((300, Pause), (301, Search), Some(Given::Now));
+        check((300, Pause), (300, Pause), None);
+    }
+}
