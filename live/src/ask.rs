@@ -205,10 +205,11 @@ fn order(view: &View, robot: Option<u16>, order: TeamOrder) -> Result<(Command, 
         TeamOrder::Pause => ["are paused", "is paused"],
         TeamOrder::Return => ["are called back to their bases", "is called back to its base"],
     };
-    match robot {
-        Some(robot) => to_one(view, robot, order.into(), one),
-        None => Ok((Command::Team(order), format!("All robots {all}."))),
+    if let Some(robot) = robot {
+        return to_one(view, robot, order.into(), one);
     }
+    let already = if view.orders().is_given_to_all(order) { " already" } else { "" };
+    Ok((Command::Team(order), format!("All robots {all}{already}.")))
 }
 
 fn to_one(view: &View, number: u16, order: RobotOrder, what: &str) -> Result<(Command, String), AskError> {
@@ -217,19 +218,21 @@ fn to_one(view: &View, number: u16, order: RobotOrder, what: &str) -> Result<(Co
         let [first, last] = [team.first(), team.last()].map(|end| end.map_or(0, |robot| robot.number()));
         return Err(AskError::Robot { robot: number, first, last });
     };
-    Ok((Command::Robot(*robot, order), format!("Robot {robot} {what}.")))
+    let already = if view.orders().is_given(*robot, order) { " already" } else { "" };
+    Ok((Command::Robot(*robot, order), format!("Robot {robot} {what}{already}.")))
 }
 
 /// Robots that fly may be sent anywhere; others where robots can drive, and a way leads from where they are.
 fn go(view: &View, number: u16, at: Position) -> Result<(Command, String), AskError> {
     let (cell, Position { row, column }) = (cell_at(view, at)?, at);
-    let robot = view.robots().find(|(robot, ..)| robot.number() == number);
-    let sight = robot.as_ref().and_then(|(robot, ..)| view.about().sights.get(robot.index()));
+    let found = view.robots().find(|(robot, ..)| robot.number() == number);
+    let robot = found.as_ref().map(|(robot, ..)| *robot);
+    let sight = robot.and_then(|robot| view.about().sights.get(robot.index()));
     let flies = sight.is_some_and(|sight| sight.flies());
     if !flies && !view.terrain().is_traversable(cell) {
         return Err(AskError::NotTraversable { row, column });
     }
-    if let Some((_, _, track, state)) = robot {
+    if let Some((_, _, track, state)) = found {
         if state == State::Spent {
             return Err(AskError::Spent { robot: number });
         }
@@ -241,10 +244,10 @@ fn go(view: &View, number: u16, at: Position) -> Result<(Command, String), AskEr
             return Err(AskError::NoWay { robot: number, row, column });
         }
     }
-    let what = format!(
-        "is sent to cell [{row}, {column}], as far as its budget leaves the way home, and stays there"
-    );
-    to_one(view, number, RobotOrder::Go(cell), &what)
+    let sent = format!("is sent to cell [{row}, {column}]");
+    let is_new = robot.is_none_or(|robot| !view.orders().is_given(robot, RobotOrder::Go(cell)));
+    let how = if is_new { ", as far as its budget leaves the way home, and stays there" } else { "" };
+    to_one(view, number, RobotOrder::Go(cell), &format!("{sent}{how}"))
 }
 
 fn cell_at(view: &View, at: Position) -> Result<Cell, AskError> {

@@ -4,7 +4,7 @@
 //!   mission and for a recorded one;
 //! - [`place`]: the map on the earth, and the areas drawn on it;
 //! - [`replay`]: the view of a recording at any time;
-//! - [`polygon`], [`ask`]: the operator's commands, from the page's messages to the mission's events;
+//! - [`polygon`], [`ask`], `asked`: the operator's commands, from the page's messages to the mission's events;
 //! - [`planning`]: the page on which a mission is planned, and its requests;
 //! - [`page`]: the server of the page; [`guard`] is its access control, and `door`, the only module with a socket,
 //!   limits its connections.
@@ -12,6 +12,7 @@
 //! `page/` contains the page itself in TypeScript, and compiled for browsers in `page/dist/`.
 
 pub mod ask;
+mod asked;
 mod assets;
 mod basemap;
 mod curve;

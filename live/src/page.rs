@@ -24,7 +24,7 @@ use tokio::runtime::Runtime;
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::time::timeout;
 
-use crate::ask::Ask;
+use crate::asked;
 use crate::assets::{ASSETS, Asset, MISSION};
 use crate::basemap::{self, BaseMap};
 use crate::door;
@@ -267,9 +267,9 @@ async fn command(State(shared): State<Arc<Shared>>, headers: HeaderMap, body: St
         Ok(running) => running,
         Err(refusal) => return *refusal,
     };
-    let ask: Ask = match serde_json::from_str(&body) {
+    let ask = match asked::read(&body) {
         Ok(ask) => ask,
-        Err(error) => return refusal(StatusCode::BAD_REQUEST, &format!("no command: {error}")),
+        Err(why) => return refusal(StatusCode::BAD_REQUEST, &why),
     };
     let (command, answer) = match ask.command(&running.view()) {
         Ok(answered) => answered,

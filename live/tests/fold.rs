@@ -11,6 +11,7 @@ use dragnet_coordinator::mission::{CoordinatorConfig, Mission, Record};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_live::ask::Ask;
 use dragnet_live::frame::{Frame, Hello, OrderFrame, Shown};
 use dragnet_live::replay::{Replay, about};
 use dragnet_live::view::{About, State, View};
@@ -348,6 +349,32 @@ fn every_command_is_acknowledged_by_the_robots_that_have_it() {
     let to_all = |what| (what, None, None);
     let to_one = [("resume", Some(2), None), ("go", Some(1), Some(16))];
     assert_eq!(last, [&["resume", "return", "resume"].map(to_all)[..], &to_one].concat());
+}
+
+#[test]
+fn an_order_that_is_in_effect_is_answered_as_such() {
+    let Played { records, playback, .. } = play();
+    let mut view = View::new(Arc::new(about(&playback)));
+    let answer = |view: &View, ask: Ask| ask.command(view).unwrap().1;
+    let go = |view: &View| answer(view, Ask::Go { robot: 1, row: 1, column: 3 });
+    assert_eq!(answer(&view, Ask::Resume { robot: None }), "All robots search.", "they may know a pause");
+    let mut left = records.iter().peekable();
+    let mut take_until = |view: &mut View, seconds: f64| {
+        while let Some((time, record)) = left.next_if(|(time, _)| time.as_seconds() < seconds) {
+            view.take(*time, record);
+        }
+    };
+    let paused = [(Some(2), "Robot 2 is paused already."), (None, "All robots are paused already.")];
+    take_until(&mut view, 219.0);
+    for (robot, expected) in paused {
+        assert_eq!(answer(&view, Ask::Pause { robot }), expected);
+    }
+    assert_eq!(answer(&view, Ask::Return { robot: None }), "All robots are called back to their bases.");
+    assert!(go(&view).ends_with("and stays there."), "{}", go(&view));
+    take_until(&mut view, 239.0);
+    assert_eq!(go(&view), "Robot 1 is sent to cell [1, 3] already.");
+    assert_eq!(answer(&view, Ask::Pause { robot: None }), "All robots are paused.", "one is not");
+    assert_eq!(answer(&view, Ask::Pause { robot: Some(2) }), "Robot 2 is paused already.");
 }
 
 #[test]
