@@ -1,18 +1,24 @@
 //! Logs the decisions, finds and declarations of a participant, a line each.
 
+mod ending;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use dragnet_coordinator::finds::of_subject;
+use dragnet_coordinator::news::{self, Given};
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Activity, Detection, Heartbeat, Message, MissionStatus};
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::state_machine::{Effects, StateMachine};
-use dragnet_proto::verdict::{Decision, Verdicts};
+use dragnet_proto::verdict::{Decision, Verdict, Verdicts};
 use dragnet_scenario::Places;
 use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, RobotId, Source};
+
+use self::ending::Ending;
 
 /// Logs the actions of one participant.
 pub(crate) struct Narrator {
@@ -31,9 +37,7 @@ pub(crate) struct Narrator {
     /// The operator's orders to single robots that the coordinator has published.
     orders: RobotOrders,
     /// The last activity of each robot that the coordinator received.
-    activities: BTreeMap<RobotId, Activity>,
-    /// Whether the coordinator has logged that all robots rest.
-    is_over: bool,
+    ending: Ending,
 }
 
 impl Narrator {
@@ -47,47 +51,44 @@ impl Narrator {
             verdicts: Verdicts::default(),
             order: (0, TeamOrder::Search),
             orders: RobotOrders::default(),
-            activities: BTreeMap::new(),
-            is_over: false,
+            ending: Ending::default(),
         }
     }
 
-    /// Handles the activity of a robot: the coordinator logs once that all robots rest.
+    /// Handles the activity of a robot: the coordinator logs once that all robots rest, or that the search waits for the
+    /// operator.
     pub(crate) fn receive(&mut self, heartbeat: &Heartbeat) {
-        self.activities.insert(heartbeat.robot, heartbeat.activity);
+        self.ending.receive(heartbeat.robot, heartbeat.activity);
         self.tell_end();
     }
 
     /// A robot has left.
     pub(crate) fn lose(&mut self, robot: RobotId) {
-        self.activities.remove(&robot);
+        self.ending.lose(robot);
         self.tell_end();
     }
 
     fn tell_end(&mut self) {
-        if let Some(line) = self.end() {
+        for line in self.end() {
             tracing::info!("{} {line}", self.me);
         }
     }
 
-    fn end(&mut self) -> Option<String> {
-        let is_over = !self.activities.is_empty() && self.activities.values().all(|it| it.is_rest());
-        let is_new = is_over && !self.is_over;
-        self.is_over = is_over;
-        if !is_new || self.me != Participant::Coordinator {
-            return None;
+    fn end(&mut self) -> Vec<String> {
+        if self.me != Participant::Coordinator {
+            return Vec::new();
         }
-        let reasons: BTreeSet<&str> = self.activities.values().map(|it| it.reason()).collect();
-        let reasons = reasons.into_iter().collect::<Vec<_>>().join("; ");
-        let (robots, objects) = (self.activities.len(), self.found.len());
-        let by_hand = self.by_hand();
-        let mut parts = vec![format!(
-            "done: all robots that are here ({robots}) rest, {reasons}; objects declared: {objects}{by_hand}"
-        )];
+        let done = self.ending.rests().map(|rest| self.done(&rest));
+        done.into_iter().chain(self.ending.waits()).collect()
+    }
+
+    fn done(&self, rest: &str) -> String {
+        let (objects, by_hand) = (self.found.len(), self.by_hand());
+        let mut parts = vec![format!("done: {rest}; objects declared: {objects}{by_hand}")];
         if self.is_for_one {
             parts.extend(self.declared.iter().map(|object| self.find(object)));
         }
-        Some(parts.join("; "))
+        parts.join("; ")
     }
 
     /// A declared find of the one subject.
@@ -126,16 +127,16 @@ impl Narrator {
             _ => None,
         });
         for status in statuses {
-            lines.extend(self.orders_all(&status.directive));
+            lines.extend(self.orders_all(MissionTime(status.time_ns), &status.directive));
             lines.extend(self.declares(status));
         }
         for (_, message) in &effects.published {
             match message {
                 Message::Verdicts(report) if self.me == Participant::Coordinator => {
-                    lines.extend(self.judges(&report.verdicts));
+                    lines.extend(self.judges(MissionTime(report.time_ns), &report.verdicts));
                 }
                 Message::Orders(report) if self.me == Participant::Coordinator => {
-                    lines.extend(self.orders_robots(&report.orders));
+                    lines.extend(self.orders_robots(MissionTime(report.time_ns), &report.orders));
                 }
                 _ => {}
             }
@@ -150,7 +151,9 @@ impl Narrator {
             let what = match effects.activity {
                 Activity::Waiting => "waiting",
                 Activity::Holding => "holding",
-                _ => "resting",
+                Activity::Paused => "paused",
+                activity if activity.is_rest() => "resting",
+                _ => "staying",
             };
             return Some(format!("{what}: {}", effects.activity.reason()));
         };
@@ -221,45 +224,51 @@ impl Narrator {
     }
 
     /// The coordinator has published the operator's directive.
-    fn orders_all(&mut self, directive: &Directive) -> Option<String> {
-        let given = directive.numbered_order();
-        let is_new = std::mem::replace(&mut self.order, given) != given;
-        is_new.then(|| match directive.order {
-            TeamOrder::Search => "ordered: all robots search".to_owned(),
-            TeamOrder::Return => "ordered: all robots return to their bases".to_owned(),
-            TeamOrder::Pause => "ordered: all robots pause".to_owned(),
-        })
+    fn orders_all(&mut self, now: MissionTime, directive: &Directive) -> Option<String> {
+        let before = std::mem::replace(&mut self.order, directive.numbered_order());
+        let what = match directive.order {
+            TeamOrder::Search => "all robots search",
+            TeamOrder::Return => "all robots return to their bases",
+            TeamOrder::Pause => "all robots pause",
+        };
+        Some(format!("ordered{}: {what}", when(news::to_all(before, directive, now)?)?))
     }
 
     /// The coordinator has published the operator's orders to single robots.
-    fn orders_robots(&mut self, orders: &RobotOrders) -> Vec<String> {
-        let new = orders.iter().filter(|&(robot, order)| !self.orders.includes(robot, order));
-        let lines = new.map(|(robot, NumberedOrder { order, .. })| match order {
-            RobotOrder::Search => format!("ordered: robot {robot} searches"),
-            RobotOrder::Go(there) => {
-                format!("ordered: robot {robot} goes to {}", self.places.on_earth(there))
-            }
-            RobotOrder::Return => format!("ordered: robot {robot} returns to its base"),
-            RobotOrder::Pause => format!("ordered: robot {robot} pauses"),
-        });
-        let lines = lines.collect();
-        self.orders = orders.clone();
-        lines
+    fn orders_robots(&mut self, now: MissionTime, orders: &RobotOrders) -> Vec<String> {
+        let before = std::mem::replace(&mut self.orders, orders.clone());
+        let line = |(robot, NumberedOrder { order, .. }, given)| {
+            let what = match order {
+                RobotOrder::Search => "searches".to_owned(),
+                RobotOrder::Go(there) => format!("goes to {}", self.places.on_earth(there)),
+                RobotOrder::Return => "returns to its base".to_owned(),
+                RobotOrder::Pause => "pauses".to_owned(),
+            };
+            Some(format!("ordered{}: robot {robot} {what}", when(given)?))
+        };
+        news::to_robots(&before, orders, now).filter_map(line).collect()
     }
 
     /// The coordinator has published the operator's verdicts.
-    fn judges(&mut self, verdicts: &Verdicts) -> Vec<String> {
-        let new = verdicts.iter().filter(|&(cell, verdict)| !self.verdicts.includes(cell, verdict));
-        let lines = new.map(|(cell, verdict)| match verdict.decision.word() {
-            Some(word) => format!("{word} by the operator: the find at {}", self.places.on_earth(cell)),
-            None => format!(
-                "undone by the operator: the decision about the find at {}",
-                self.places.on_earth(cell)
-            ),
-        });
-        let lines = lines.collect();
-        self.verdicts = verdicts.clone();
-        lines
+    fn judges(&mut self, now: MissionTime, verdicts: &Verdicts) -> Vec<String> {
+        let before = std::mem::replace(&mut self.verdicts, verdicts.clone());
+        let line = |(cell, verdict, given): (_, Verdict, _)| {
+            let (when, find) = (when(given)?, format!("the find at {}", self.places.on_earth(cell)));
+            Some(match verdict.decision.word() {
+                Some(word) => format!("{word} by the operator{when}: {find}"),
+                None => format!("undone by the operator{when}: the decision about {find}"),
+            })
+        };
+        news::verdicts(&before, verdicts, now).filter_map(line).collect()
+    }
+}
+
+/// What is told of the time of an order or verdict; none of one that was told already.
+fn when(given: Given) -> Option<String> {
+    match given {
+        Given::Now => Some(String::new()),
+        Given::Before(time) => Some(format!(" before, at {:.1} s", time.as_seconds())),
+        Given::Anew(_) => None,
     }
 }
 
@@ -272,7 +281,6 @@ mod tests {
     use dragnet_proto::command::Command;
     use dragnet_proto::state_machine::Event;
     use dragnet_scenario::Scenario;
-    use dragnet_scenario::time::MissionTime;
     use dragnet_search::cell::Position;
     use dragnet_search::evidence::Reading;
 
@@ -290,26 +298,21 @@ mod tests {
     }
 
     #[test]
-    fn a_coordinator_says_once_that_all_robots_rest() {
+    fn a_coordinator_says_once_that_all_robots_rest_or_wait_for_the_operator() {
         let mut narrator = Narrator::new(Participant::Coordinator, scenario().places());
         let [first, second] = [1, 2].map(|robot| RobotId::new(robot).unwrap());
         let mut end = |robot, activity| {
-            narrator.activities.insert(robot, activity);
+            narrator.ending.receive(robot, activity);
             narrator.end()
         };
-        assert_eq!(end(first, Activity::Searching), None);
-        assert_eq!(end(second, Activity::Cleared), None);
-        let line = end(first, Activity::Spent).unwrap();
-        assert!(line.starts_with(
-            "done: all robots that are here (2) rest, its budget or battery leaves no further step; too little is left"
-        ));
-        assert_eq!(end(first, Activity::Spent), None, "once");
-        assert_eq!(end(first, Activity::Searching), None);
-        assert!(
-            end(first, Activity::Cleared)
-                .unwrap()
-                .ends_with("too little is left for it to find; objects declared: 0")
-        );
+        assert_eq!(end(first, Activity::Searching), [""; 0]);
+        assert_eq!(end(second, Activity::Holding), [""; 0]);
+        let waits = "the search waits for robot 2, which holds by your order: resume it, or call it back";
+        assert_eq!(end(first, Activity::Cleared), [waits]);
+        let done =
+            "done: all robots that are here (2) rest, too little is left for it to find; objects declared: 0";
+        assert_eq!(end(second, Activity::Cleared), [done]);
+        assert_eq!(end(second, Activity::Cleared), [""; 0], "once");
     }
 
     #[test]
@@ -325,8 +328,8 @@ mod tests {
         let advice = "probable find (98.1 %) at [0, 3] at latitude 0.000045, longitude 2.000314, not confirmed by hand: \
                       look before you stand down";
         assert_eq!(narrator.declares(&status), [format!("declared: {advice}")]);
-        narrator.activities.insert(RobotId::FIRST, Activity::Cleared);
-        assert!(narrator.end().unwrap().ends_with(&format!("objects declared: 1; {advice}")));
+        narrator.ending.receive(RobotId::FIRST, Activity::Cleared);
+        assert!(narrator.end()[0].ends_with(&format!("objects declared: 1; {advice}")));
     }
 
     #[test]
@@ -402,5 +405,35 @@ mod tests {
         let paused = node.handle(now, Event::Commanded(Command::Team(TeamOrder::Pause))).unwrap();
         assert_eq!(of_coordinator.lines(&node, &paused), ["ordered: all robots pause"]);
         assert!(of_coordinator.lines(&node, &paused).is_empty(), "once");
+    }
+
+    #[test]
+    fn what_robots_knew_before_is_told_with_its_time_and_what_is_dated_anew_is_not() {
+        let mut narrator = Narrator::new(Participant::Coordinator, scenario().places());
+        let cell = scenario().terrain().grid().cells().last().unwrap();
+        let at = |seconds: u64| MissionTime(seconds * 1_000_000_000);
+        let mut told = |number: MissionTime, order| {
+            let directive = Directive { number: number.0, order, ..Directive::default() };
+            narrator.orders_all(at(200), &directive)
+        };
+        assert_eq!(told(at(120), TeamOrder::Pause).unwrap(), "ordered before, at 120.0 s: all robots pause");
+        assert_eq!(told(at(150), TeamOrder::Pause), None);
+        assert_eq!(told(at(200), TeamOrder::Search).unwrap(), "ordered: all robots search");
+        let order = NumberedOrder { number: at(110).0, order: RobotOrder::Pause };
+        let orders = [(RobotId::FIRST, order)].into_iter().collect();
+        assert_eq!(narrator.orders_robots(at(200), &orders), ["ordered before, at 110.0 s: robot 1 pauses"]);
+        let (decision, log_odds_units) = (Decision::Confirmed, Verdict::CONFIRMED_UNITS);
+        let verdict = |number: MissionTime| {
+            [(cell, Verdict { number: number.0, decision, log_odds_units })].into_iter().collect()
+        };
+        let find = "the find at [0, 3] at latitude 0.000045, longitude 2.000314";
+        assert_eq!(
+            narrator.judges(at(200), &verdict(at(115))),
+            [format!("confirmed by the operator before, at 115.0 s: {find}")]
+        );
+        assert_eq!(
+            narrator.judges(at(200), &verdict(at(200))),
+            [format!("confirmed by the operator: {find}")]
+        );
     }
 }

@@ -63,6 +63,8 @@ pub struct WorldServer<'a> {
     has_missed: bool,
     arrivals: BTreeMap<RobotId, MissionTime>,
     heartbeats: BTreeMap<RobotId, Heartbeat>,
+    /// Robots that have stopped: their next heartbeats say why.
+    stopped: BTreeSet<RobotId>,
     outcome: Outcome,
     spectator: StepObserver<'a>,
     teller: Teller,
@@ -145,6 +147,7 @@ impl<'a> WorldServer<'a> {
             has_missed: false,
             arrivals: BTreeMap::new(),
             heartbeats: BTreeMap::new(),
+            stopped: BTreeSet::new(),
             outcome,
             spectator,
             teller: Teller::default(),
@@ -246,6 +249,7 @@ impl<'a> WorldServer<'a> {
             Incoming::Message { from, identity, message: Message::Heartbeat(heartbeat), .. } => {
                 if self.is_moved_by(from, identity) {
                     self.keep_up(identity, &heartbeat).await?;
+                    self.stay(&heartbeat);
                 }
                 if self.robots.contains(&heartbeat.robot) {
                     self.heartbeats.insert(heartbeat.robot, heartbeat);
@@ -326,9 +330,22 @@ impl<'a> WorldServer<'a> {
 
     fn send(&mut self, robot: RobotId, route: Vec<Cell>) {
         let now = self.clock.now();
-        (self.spectator)(now, StepContext::Departs { robot, route: route.clone(), activity: None });
+        if route.is_empty() {
+            self.stopped.insert(robot);
+        } else {
+            self.stopped.remove(&robot);
+            (self.spectator)(now, StepContext::Departs { robot, route: route.clone(), activity: None });
+        }
         self.world.set_route(robot, route);
         self.depart(now, robot);
+    }
+
+    /// Tells why a robot has stopped, once: of its plan alone only that it has.
+    fn stay(&mut self, heartbeat: &Heartbeat) {
+        if heartbeat.intent.path.is_empty() && self.stopped.remove(&heartbeat.robot) {
+            let (robot, activity) = (heartbeat.robot, Some(heartbeat.activity));
+            (self.spectator)(self.clock.now(), StepContext::Departs { robot, route: Vec::new(), activity });
+        }
     }
 
     fn depart(&mut self, now: MissionTime, robot: RobotId) {

@@ -59,7 +59,7 @@ pub enum Membership {
 /// A step of the simulation, for observers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StepContext {
-    /// A robot has a new route; empty: it rests.
+    /// A robot has a new route; empty: it stays where it is.
     Departs {
         /// The robot.
         robot: RobotId,

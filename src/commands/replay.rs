@@ -8,6 +8,7 @@ use std::sync::Arc;
 use dragnet_coordinator::Ending;
 use dragnet_coordinator::finds::of_subject;
 use dragnet_coordinator::mission::Record;
+use dragnet_coordinator::news::{self, Given};
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::track::Tracks;
 use dragnet_live::page::Page;
@@ -77,7 +78,8 @@ struct Teller {
     tracks: Tracks,
     declared: BTreeSet<Cell>,
     alive: BTreeSet<RobotId>,
-    order: TeamOrder,
+    /// The order to all robots, with its number.
+    order: (u64, TeamOrder),
     verdicts: Verdicts,
     orders: RobotOrders,
     /// Cells that each robot was in; robots by number.
@@ -93,7 +95,7 @@ impl Teller {
             tracks: Tracks::default(),
             declared: BTreeSet::new(),
             alive: BTreeSet::new(),
-            order: TeamOrder::Search,
+            order: (0, TeamOrder::Search),
             verdicts: Verdicts::default(),
             orders: RobotOrders::default(),
         }
@@ -131,40 +133,44 @@ impl Teller {
 
     fn judge(&mut self, report: &VerdictReport) -> Vec<String> {
         let before = std::mem::replace(&mut self.verdicts, report.verdicts.clone());
-        let new = report.verdicts.iter().filter(|&(cell, verdict)| !before.includes(cell, verdict));
-        let line = |(cell, verdict): (Cell, Verdict)| match verdict.decision.word() {
-            Some(word) => format!("the operator has {word} the find at {}", self.places.on_earth(cell)),
-            None => {
-                format!("the operator's decision about the find at {} is undone", self.places.on_earth(cell))
-            }
+        let line = |(cell, verdict, given): (Cell, Verdict, Given)| {
+            let find = format!("the find at {}", self.places.on_earth(cell));
+            let what = match verdict.decision.word() {
+                Some(word) => format!("the operator has {word} {find}"),
+                None => format!("the operator's decision about {find} is undone"),
+            };
+            dated(given, &what)
         };
-        new.map(line).collect()
+        news::verdicts(&before, &report.verdicts, MissionTime(report.time_ns)).filter_map(line).collect()
     }
 
     fn direct(&mut self, report: &OrderReport) -> Vec<String> {
         let before = std::mem::replace(&mut self.orders, report.orders.clone());
-        let new = report.orders.iter().filter(|&(robot, order)| !before.includes(robot, order));
-        let line = |(robot, NumberedOrder { order, .. })| match order {
-            RobotOrder::Search => format!("the operator resumes robot {robot}"),
-            RobotOrder::Go(there) => {
-                format!("the operator sends robot {robot} to {}", self.places.on_earth(there))
-            }
-            RobotOrder::Return => format!("the operator calls robot {robot} back to its base"),
-            RobotOrder::Pause => format!("the operator pauses robot {robot}"),
+        let line = |(robot, NumberedOrder { order, .. }, given)| {
+            let what = match order {
+                RobotOrder::Search => format!("resumes robot {robot}"),
+                RobotOrder::Go(there) => format!("sends robot {robot} to {}", self.places.on_earth(there)),
+                RobotOrder::Return => format!("calls robot {robot} back to its base"),
+                RobotOrder::Pause => format!("pauses robot {robot}"),
+            };
+            dated(given, &format!("the operator {what}"))
         };
-        new.map(line).collect()
+        news::to_robots(&before, &report.orders, MissionTime(report.time_ns)).filter_map(line).collect()
+    }
+
+    fn direct_all(&mut self, status: &MissionStatus) -> Option<String> {
+        let before = std::mem::replace(&mut self.order, status.directive.numbered_order());
+        let what = match status.directive.order {
+            TeamOrder::Search => "resumes the search",
+            TeamOrder::Pause => "pauses the search",
+            TeamOrder::Return => "calls the robots back to their bases",
+        };
+        let given = news::to_all(before, &status.directive, MissionTime(status.time_ns))?;
+        dated(given, &format!("the operator {what}"))
     }
 
     fn stand(&mut self, status: &MissionStatus) -> Vec<String> {
-        let mut lines = Vec::new();
-        if std::mem::replace(&mut self.order, status.directive.order) != self.order {
-            let what = match self.order {
-                TeamOrder::Search => "resumes the search",
-                TeamOrder::Pause => "pauses the search",
-                TeamOrder::Return => "calls the robots back to their bases",
-            };
-            lines.push(format!("the operator {what}"));
-        }
+        let mut lines: Vec<String> = self.direct_all(status).into_iter().collect();
         let alive: BTreeSet<RobotId> = status.alive.iter().copied().collect();
         lines.extend(self.alive.difference(&alive).map(|robot| format!("robot {robot}  is lost")));
         self.alive = alive;
@@ -227,5 +233,49 @@ impl Teller {
             format!("{}\n", of_subject(&self.places.on_earth(cell), subject.probability(cell), operator))
         };
         format!("the subject: {standing}\n{}", self.declared.iter().map(find).collect::<String>())
+    }
+}
+
+/// An order or verdict with its time, if that is not now; none if it was told already.
+fn dated(given: Given, what: &str) -> Option<String> {
+    match given {
+        Given::Now => Some(what.to_owned()),
+        Given::Before(time) => Some(format!("before, at {:.1} s: {what}", time.as_seconds())),
+        Given::Anew(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
+    use dragnet_proto::directive::Directive;
+    use dragnet_scenario::Scenario;
+
+    use super::*;
+
+    #[test]
+    fn each_order_to_all_is_told_and_one_that_robots_knew_before_with_its_time() {
+        let text = "name = 'lane'\nmap = { shape = 'all_traversable', rows = 1, columns = 4 }\nobjects.count = 1\n\
+                    robots.count = 1\nsensor.radius = 2\nmission.budget_seconds = 900.0\n";
+        let scenario = Scenario::from_text(Path::new("lane.toml"), text.to_owned()).unwrap();
+        let mission = Mission::new(CoordinatorConfig::of(&scenario));
+        let mut teller = Teller::new(Arc::new(About::of(&scenario, None)));
+        let mut told = |now: u64, number: u64, order| {
+            let [now, number] = [now, number].map(|seconds| seconds * 1_000_000_000);
+            let directive = Directive { number, order, ..Directive::default() };
+            let status = MissionStatus { directive, ..mission.status(MissionTime(now)) };
+            teller.take(MissionTime(now), &Record::Status(status))
+        };
+        assert_eq!(told(50, 0, TeamOrder::Search), [""; 0]);
+        assert_eq!(told(60, 50, TeamOrder::Pause), ["before, at 50.0 s: the operator pauses the search"]);
+        assert_eq!(
+            told(70, 70, TeamOrder::Pause),
+            ["the operator pauses the search"],
+            "again: one robot was not"
+        );
+        assert_eq!(told(71, 70, TeamOrder::Pause), [""; 0]);
+        assert_eq!(told(80, 80, TeamOrder::Search), ["the operator resumes the search"]);
     }
 }

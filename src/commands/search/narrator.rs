@@ -85,13 +85,15 @@ impl Narrator {
                 };
                 format!("{goes} {}, {}", self.places.cell(waypoint), counted(route.len(), "cell"))
             }
-            None => activity.map_or("rests".to_owned(), |activity| {
+            None => activity.map_or("stays".to_owned(), |activity| {
                 format!(
                     "{}: {}",
                     match activity {
                         Activity::Waiting => "waits",
                         Activity::Holding => "holds",
-                        _ => "rests",
+                        Activity::Paused => "pauses",
+                        activity if activity.is_rest() => "rests",
+                        _ => "stays",
                     },
                     activity.reason()
                 )
@@ -126,4 +128,25 @@ impl Narrator {
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of cells, at least 0")]
 pub(super) fn steps(cells: f64) -> u64 {
     cells.ceil() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn a_robot_rests_only_once_its_search_is_over() {
+        let text = "name = 'lane'\nmap = { shape = 'all_traversable', rows = 1, columns = 4 }\nobjects.count = 1\n\
+                    robots.count = 1\nsensor.radius = 2\nmission.budget_seconds = 900.0\n";
+        let scenario = Scenario::from_text(Path::new("lane.toml"), text.to_owned()).unwrap();
+        let narrator = Narrator::new(&scenario, ProgressBar::hidden());
+        let told = |activity| narrator.plan(&[], activity);
+        assert_eq!(told(Some(Activity::Cleared)), "rests: too little is left for it to find");
+        assert_eq!(told(Some(Activity::Paused)), "pauses: the operator has paused it");
+        assert_eq!(told(Some(Activity::Holding)), "holds: the operator has sent it there");
+        assert_eq!(told(Some(Activity::Waiting)), "waits: its teammates plan to observe all that is left");
+        assert_eq!(told(None), "stays");
+    }
 }
