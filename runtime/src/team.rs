@@ -101,11 +101,7 @@ pub fn run_watched(
     onlooker: Option<RunObserver>,
     spectator: StepObserver<'_>,
 ) -> Result<Run, RuntimeError> {
-    if options.medium == Medium::Memory && (options.processes.is_some() || options.real_time_factor.is_some())
-    {
-        let why = "robots in processes of their own, and teams by the wall clock, need Zenoh";
-        return Err(RuntimeError::Unsupported(why.to_owned()));
-    }
+    check(scenario, options)?;
     match options.real_time_factor {
         None if onlooker.is_some() => {
             let why = "a search that is watched runs by the wall clock: give it a real_time_factor";
@@ -113,24 +109,39 @@ pub fn run_watched(
         }
         None if options.medium == Medium::Memory => memory_run::run(scenario, seed, options, spectator),
         None => lockstep_run::run(&runtime()?, scenario, seed, options, spectator),
-        Some(real_time_factor) => {
-            check_real_time_factor(real_time_factor).map_err(RuntimeError::Unsupported)?;
-            let faults = Network { bytes_per_second: None, ..scenario.network().clone() };
-            if faults != Network::default() {
-                let why = "[network] faults but bytes_per_second are simulated in simulated time only: run without a \
-                           real_time_factor, or remove them";
-                return Err(RuntimeError::Unsupported(why.to_owned()));
-            }
-            runtime()?.block_on(wall_clock_run::run(
-                scenario,
-                seed,
-                real_time_factor,
-                options,
-                onlooker,
-                spectator,
-            ))
-        }
+        Some(real_time_factor) => runtime()?.block_on(wall_clock_run::run(
+            scenario,
+            seed,
+            real_time_factor,
+            options,
+            onlooker,
+            spectator,
+        )),
     }
+}
+
+/// Checks what [`run`] refuses before it starts anything.
+///
+/// # Errors
+/// If the options do not fit the scenario.
+pub fn check(scenario: &Scenario, options: &Options) -> Result<(), RuntimeError> {
+    if options.medium == Medium::Memory && (options.processes.is_some() || options.real_time_factor.is_some())
+    {
+        let why = "robots in processes of their own, and teams by the wall clock, need Zenoh";
+        return Err(RuntimeError::Unsupported(why.to_owned()));
+    }
+    if options.medium == Medium::Zenoh {
+        mission(scenario)?;
+    }
+    let Some(real_time_factor) = options.real_time_factor else { return Ok(()) };
+    check_real_time_factor(real_time_factor).map_err(RuntimeError::Unsupported)?;
+    let faults = Network { bytes_per_second: None, ..scenario.network().clone() };
+    if faults != Network::default() {
+        let why = "[network] faults but bytes_per_second are simulated in simulated time only: run without a \
+                   real_time_factor, or remove them";
+        return Err(RuntimeError::Unsupported(why.to_owned()));
+    }
+    Ok(())
 }
 
 /// All participants of a scenario: robots by number, then the coordinator.

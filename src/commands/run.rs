@@ -99,13 +99,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     let scenario = scenario::with(scenario, "--robots", arguments.robots, Scenario::with_robots)?;
     let medium = medium(arguments)?;
-    let recording = place_recording(arguments, &scenario)?;
+    let options = options(arguments, medium, place_recording(arguments, &scenario)?)?;
+    team::check(&scenario, &options)?;
     scenario::warn(&scenario);
     UtilityTable::warm_up();
     let style = if arguments.json { Style::Json } else { Style::Text };
     let Some(listen) = arguments.live else {
         return search::tell(&scenario, style, |spectator| {
-            run(&scenario, arguments, medium, recording, None, spectator)
+            run(&scenario, arguments.seed, &options, None, spectator)
         });
     };
     // The search is simulated, so the objects are known.
@@ -116,7 +117,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let page = live::announce(page, live::LIVE_PAGE);
     let onlooker = Some(RunObserver { listener, commands });
     search::tell(&scenario, style, |spectator| {
-        run(&scenario, arguments, medium, recording, onlooker, spectator)
+        run(&scenario, arguments.seed, &options, onlooker, spectator)
     })?;
     page.stay();
     Ok(())
@@ -124,29 +125,31 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
 fn run(
     scenario: &Scenario,
-    arguments: &Arguments,
-    medium: Medium,
-    recording: PathBuf,
+    seed: u64,
+    options: &Options,
     onlooker: Option<RunObserver>,
     spectator: StepObserver<'_>,
 ) -> Result<Ended, Failure> {
+    let run = team::run_watched(scenario, seed, options, onlooker, spectator)?;
+    Ok(Ended {
+        seed,
+        episode: run.episode,
+        observations_merged: Some(run.observations_merged),
+        medium: options.medium,
+        recording: run.recording,
+        failure: run.unrecorded.map(Failure::from),
+    })
+}
+
+fn options(arguments: &Arguments, medium: Medium, recording: PathBuf) -> Result<Options, Failure> {
     let processes = arguments.processes.then(std::env::current_exe).transpose();
-    let options = Options {
+    Ok(Options {
         medium,
         threads: arguments.threads.map_or(0, usize::from),
         recording: Some(recording),
         processes: processes.map_err(|error| Failure::Run(format!("cannot find this program: {error}")))?,
-        real_time_factor: arguments.real_time_factor.or(onlooker.is_some().then_some(LIVE_REAL_TIME_FACTOR)),
+        real_time_factor: arguments.real_time_factor.or(arguments.live.map(|_| LIVE_REAL_TIME_FACTOR)),
         version: VERSION.to_owned(),
-    };
-    let run = team::run_watched(scenario, arguments.seed, &options, onlooker, spectator)?;
-    Ok(Ended {
-        seed: arguments.seed,
-        episode: run.episode,
-        observations_merged: Some(run.observations_merged),
-        medium,
-        recording: run.recording,
-        failure: run.unrecorded.map(Failure::from),
     })
 }
 
