@@ -4,13 +4,14 @@ use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::{Knowledge, SharedKnowledge};
 use dragnet_proto::message::{
-    Activity, Audience, Heartbeat, Intent, Message, MissionStatus, OrderReport, VerdictReport,
+    Activity, Audience, Heartbeat, Intent, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport,
 };
 use dragnet_proto::orders::{RobotOrder, RobotOrders};
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::validation::Limits;
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Mission, Robot, Scenario};
@@ -31,7 +32,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::blind_spots::BlindSpots;
+use crate::blind_spots::{self, BlindSpots};
 use crate::heartbeat::HeartbeatSchedule;
 use crate::home::{self, Home};
 use crate::sightings::Sightings;
@@ -181,6 +182,10 @@ pub struct Agent {
     directive: Directive,
     /// The operator's orders to single robots, as far as known.
     orders: RobotOrders,
+    /// The operator's zones, as far as known.
+    zones: Zones,
+    /// The map as it plans: with these zones.
+    ground: Arc<Terrain>,
     /// Whether its vehicle must return to its base.
     must_return: bool,
     /// The state of waiting for teammates.
@@ -245,6 +250,8 @@ impl Agent {
             heartbeats: HeartbeatSchedule::new(config.place, config.mission.heartbeat),
             directive: Directive::default(),
             orders: RobotOrders::default(),
+            zones: Zones::default(),
+            ground: Arc::clone(&config.terrain),
             must_return: false,
             waiting: Waiting::default(),
             tells_digest: true,
@@ -346,6 +353,11 @@ impl Agent {
         self.belief().is_found(cell, self.config.mission.detection_threshold)
     }
 
+    /// The cells that the operator has closed, as far as known.
+    pub fn closed(&self) -> impl Iterator<Item = Cell> + '_ {
+        self.zones.cells(Zone::NoGo)
+    }
+
     /// The robot's activity.
     #[must_use]
     pub const fn activity(&self) -> Activity {
@@ -382,6 +394,7 @@ impl Agent {
             self.origin.incarnation = now.0.max(self.unused_incarnation);
             // The vehicle's clock may be set only now, even backwards.
             self.heartbeats.restart(now);
+            self.cell = Some(cell);
             self.settle(cell);
         }
         self.move_to(cell);
@@ -399,7 +412,9 @@ impl Agent {
                     || self.is_cleared()
             }
             Activity::Returning => self.plan.is_empty() || self.is_overtaken,
-            Activity::Sent => self.plan.is_empty() || self.is_overtaken || self.is_spent(now),
+            Activity::Sent | Activity::Leaving => {
+                self.plan.is_empty() || self.is_overtaken || self.is_spent(now)
+            }
             // Observations while it rests may have withdrawn a find.
             Activity::Cleared => true,
             _ => false,
@@ -494,7 +509,8 @@ impl Agent {
             | Message::SyncReply(_)
             | Message::MissionStatus(_)
             | Message::Verdicts(_)
-            | Message::Orders(_) => {
+            | Message::Orders(_)
+            | Message::Zones(_) => {
                 if let Participant::Robot(robot) = from {
                     self.team.received(now, robot);
                 }
@@ -519,6 +535,7 @@ impl Agent {
                     self.decide(now, effects);
                 }
             }
+            Message::Zones(report) => self.keep_out(now, &report.zones, effects),
             _ => {}
         }
         if !received.judged.is_empty() {
@@ -554,13 +571,43 @@ impl Agent {
             self.config.added_prior,
         );
         if self.directive.added.len() > known {
-            self.home = self.home.as_ref().map(|home| self.home_to(home.base()));
+            self.survey();
         }
         // On its way home, or to where it is sent, it decides again in the next cell.
-        self.is_overtaken |= matches!(self.activity, Activity::Returning | Activity::Sent);
+        self.is_overtaken |=
+            matches!(self.activity, Activity::Returning | Activity::Sent | Activity::Leaving);
         if self.order() != order || self.has_nothing_to_do() {
             self.decide(now, effects);
         }
+    }
+
+    /// Applies new zones of the operator. A plan into a no-go zone ends here, any other in the next cell.
+    fn keep_out(&mut self, now: MissionTime, zones: &Zones, effects: &mut Effects<Message>) {
+        if !self.zones.merge(now, zones) {
+            return;
+        }
+        self.survey();
+        self.is_overtaken = true;
+        let is_cut_off = self.cell.iter().chain(&self.plan).any(|&cell| self.is_closed(cell));
+        // One that holds may now have a way to where it is sent.
+        if is_cut_off || self.activity == Activity::Holding || self.has_nothing_to_do() {
+            self.decide(now, effects);
+        }
+    }
+
+    /// Whether a cell is in a no-go zone.
+    fn is_closed(&self, cell: Cell) -> bool {
+        self.zones.of(cell) == Some(Zone::NoGo)
+    }
+
+    /// The map or the zones have changed.
+    fn survey(&mut self) {
+        self.ground = if self.zones.is_empty() {
+            Arc::clone(&self.config.terrain)
+        } else {
+            Arc::new(self.zones.on(&self.config.terrain))
+        };
+        self.home = self.base.filter(|_| self.home.is_some()).map(|base| self.home_to(base));
     }
 
     /// What it is to do: what the operator wants of it, or to return if it must and is not told to stay where it is.
@@ -587,7 +634,7 @@ impl Agent {
         let is_first = self.plans == 0;
         // Between cells it is not known how far a robot has come on its way home.
         let is_running_out = match self.activity {
-            Activity::Searching | Activity::Paused | Activity::Sent => self.is_spent(now),
+            Activity::Searching | Activity::Paused | Activity::Sent | Activity::Leaving => self.is_spent(now),
             Activity::Waiting | Activity::Holding => self.is_spent(now) || self.is_due_home(now),
             Activity::Returning
             | Activity::Cleared
@@ -618,12 +665,17 @@ impl Agent {
         if self.config.mission.return_reserve.is_some() {
             let home = self.home_to(base);
             // Where no path leads to its base, its first cell is the next best.
-            self.home = Some(if home.is_in_reach(cell) { home } else { self.home_to(cell) });
+            if !home.is_in_reach(cell) {
+                self.base = Some(cell);
+            }
+            self.home = self.base.map(|base| self.home_to(base));
         }
     }
 
+    /// The ways to a base, or to the cell nearest to it that no-go zones leave in reach.
     fn home_to(&self, base: Cell) -> Home {
-        Home::new(&self.config.terrain, self.config.connectivity, base)
+        let base = self.haven(base);
+        Home::new(&self.ground, self.config.connectivity, base)
     }
 
     /// Whether the budget leaves no more than the way home.
@@ -636,9 +688,9 @@ impl Agent {
 
     /// Whether its budget keeps it from some cell, since it is to come home.
     fn is_held_back(&self, now: MissionTime, cell: Cell) -> bool {
-        let AgentConfig { terrain, connectivity, .. } = &self.config;
+        let (ground, connectivity) = (&self.ground, self.config.connectivity);
         let home = self.home.as_ref();
-        home.is_some_and(|home| home.is_any_too_far(terrain, *connectivity, cell, self.remaining_cells(now)))
+        home.is_some_and(|home| home.is_any_too_far(ground, connectivity, cell, self.remaining_cells(now)))
     }
 
     /// Path length that the budget leaves, cells.
@@ -650,13 +702,14 @@ impl Agent {
     /// Whether the expected number of remaining objects is low enough to end the search.
     fn is_cleared(&self) -> bool {
         self.config.mission.stop_when_expected_remaining.is_some_and(|threshold| {
-            let AgentConfig { terrain, mission, .. } = &self.config;
+            let (terrain, mission) = (&self.ground, &self.config.mission);
             let reach = self.replica.knowledge().reach();
             let belief = planning_belief(
                 self.replica.knowledge().belief(),
                 &self.sightings,
                 &self.blind_spots,
                 self.config.sensor(),
+                &self.zones,
             );
             let tau = mission.detection_threshold;
             match self.config.one_subject.map(|one| one.posterior(&belief)) {
@@ -689,6 +742,7 @@ impl Agent {
         let (activity, path) = match self.order() {
             _ if self.is_spent(now) => (Activity::Spent, Vec::new()),
             RobotOrder::Pause => (Activity::Paused, Vec::new()),
+            _ if self.is_closed(cell) => self.leave(cell),
             RobotOrder::Return if self.must_return => (Activity::Spent, Vec::new()),
             RobotOrder::Return => (Activity::Recalled, Vec::new()),
             RobotOrder::Go(there) => self.go(now, cell, there),
@@ -718,9 +772,8 @@ impl Agent {
         if self.is_due_home(now) {
             return (Activity::Spent, Vec::new());
         }
-        let AgentConfig { terrain, connectivity, .. } = &self.config;
-        let whole = ShortestPathTree::from(terrain, *connectivity, cell).path(there);
-        let (grid, remaining_cells) = (terrain.grid(), self.remaining_cells(now));
+        let whole = ShortestPathTree::from(&self.ground, self.config.connectivity, cell).path(there);
+        let (grid, remaining_cells) = (self.ground.grid(), self.remaining_cells(now));
         let ways_home = self.home.as_ref().map(Home::ways);
         let path = &whole[..leading_cells_with_way_home(grid, cell, &whole, ways_home, remaining_cells)];
         match (path.is_empty(), whole.is_empty()) {
@@ -728,6 +781,39 @@ impl Agent {
             (true, false) => (Activity::Spent, Vec::new()),
             (false, false) => (Activity::Sent, path.to_vec()),
         }
+    }
+
+    /// What a robot in a no-go zone does: it takes the shortest way out, as if the zone were open.
+    fn leave(&self, cell: Cell) -> (Activity, Vec<Cell>) {
+        let ways = ShortestPathTree::from(&self.config.terrain, self.config.connectivity, cell);
+        let path = ways.path(self.open_near(cell));
+        (if path.is_empty() { Activity::Stuck } else { Activity::Leaving }, path)
+    }
+
+    /// A base, or of the cells in reach the nearest to it, as if no-go zones were open.
+    fn haven(&self, base: Cell) -> Cell {
+        let Some(here) = self.cell.filter(|_| !self.zones.is_empty()).map(|cell| self.open_near(cell)) else {
+            return base;
+        };
+        let connectivity = self.config.connectivity;
+        let reached = ShortestPathTree::from(&self.ground, connectivity, here);
+        if here == base || reached.length(base).is_finite() {
+            return base;
+        }
+        let ways = ShortestPathTree::from(&self.config.terrain, connectivity, base);
+        let near = reached.candidates().iter().copied().chain([here]);
+        let near = near.filter(|&cell| ways.length(cell).is_finite());
+        near.min_by(|&a, &b| ways.length(a).total_cmp(&ways.length(b)).then(a.cmp(&b))).unwrap_or(here)
+    }
+
+    /// The nearest cell out of no-go zones, as if these were open; the cell itself if there is none.
+    fn open_near(&self, cell: Cell) -> Cell {
+        if !self.is_closed(cell) {
+            return cell;
+        }
+        let ways = ShortestPathTree::from(&self.config.terrain, self.config.connectivity, cell);
+        let outside = ways.candidates().iter().copied().filter(|&to| !self.is_closed(to));
+        outside.min_by(|&a, &b| ways.length(a).total_cmp(&ways.length(b)).then(a.cmp(&b))).unwrap_or(cell)
     }
 
     /// What a robot does whose search is over for this reason: it rests, or returns to its base first.
@@ -770,7 +856,7 @@ impl Agent {
     fn choose(&mut self, now: MissionTime, robot: Cell) -> (Activity, Vec<Cell>) {
         let planned = self.team.planned(self.config.view(now));
         let mut with_shares = planned.clone();
-        with_shares.add_shares(&self.config.terrain, self.config.sensor(), robot);
+        with_shares.add_shares(&self.ground, self.config.sensor(), robot);
         let mut decision = self.decide_with(now, &with_shares, robot);
         if decision.is_rest() && decision.had_candidates() && self.team.is_anything_planned() {
             decision = self.decide_with(now, &planned, robot);
@@ -803,9 +889,10 @@ impl Agent {
             &self.sightings,
             &self.blind_spots,
             self.config.sensor(),
+            &self.zones,
         );
         let situation = Situation {
-            terrain: &self.config.terrain,
+            terrain: &self.ground,
             connectivity: self.config.connectivity,
             sensor: self.config.sensor(),
             belief: &belief,
@@ -856,15 +943,25 @@ impl Agent {
             let report = OrderReport { from, time_ns: now.0, orders };
             effects.published.push((Audience::All, Message::Orders(report)));
         }
+        if !self.zones.is_empty() {
+            let (from, zones) = (Participant::Robot(self.config.id()), self.zones.clone());
+            let report = ZoneReport { from, time_ns: now.0, zones };
+            effects.published.push((Audience::All, Message::Zones(report)));
+        }
     }
 }
 
-/// The belief by which a robot plans and ends its search: with sightings, and without what it cannot see.
+/// The belief by which a robot plans and ends its search: with sightings, and without what it cannot see or is to skip.
 fn planning_belief<'a>(
     belief: &'a Belief,
     sightings: &Sightings,
     blind_spots: &BlindSpots,
     sensor: &Sensor,
+    zones: &Zones,
 ) -> Cow<'a, Belief> {
-    blind_spots.removed_from(sightings.added_to(belief), sensor)
+    let mut belief = blind_spots.removed_from(sightings.added_to(belief), sensor);
+    for cell in zones.cells(Zone::Skip) {
+        blind_spots::clear(&mut belief, cell);
+    }
+    belief
 }

@@ -63,10 +63,15 @@ impl BlindSpots {
         let most =
             u32::try_from(sensor.footprint().len()).unwrap_or(u32::MAX).saturating_add(MORE_OBSERVATIONS);
         for (&cell, _) in self.missed.iter().filter(|&(_, &missed)| missed > most) {
-            belief.to_mut().add(&Reading::with_nats(cell, 0.0, EMPTY_NATS));
+            clear(&mut belief, cell);
         }
         belief
     }
+}
+
+/// Makes a cell empty, so that nobody goes to look at it.
+pub(crate) fn clear(belief: &mut Cow<'_, Belief>, cell: Cell) {
+    belief.to_mut().add(&Reading::with_nats(cell, 0.0, EMPTY_NATS));
 }
 
 #[cfg(test)]

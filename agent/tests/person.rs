@@ -7,10 +7,12 @@ use std::sync::Arc;
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::{Directive, TeamOrder};
-use dragnet_proto::message::{Activity, Message, MissionStatus, OrderReport, VerdictReport};
+use dragnet_proto::message::{Activity, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport};
+use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder};
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::verdict::{Decision, Verdicts};
+use dragnet_proto::zones::Zone;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -83,11 +85,21 @@ impl Field {
 impl Field {
     /// The coordinator publishes its orders to single robots: robot and number of each.
     fn order_one(&mut self, seconds: u64, orders: &[(u16, u64, RobotOrder)]) -> Effects<Message> {
-        let given = orders
-            .iter()
-            .map(|&(robot, number, order)| (RobotId::new(robot).unwrap(), NumberedOrder { number, order }));
+        let given = orders.iter().map(|&(robot, number, order)| {
+            (RobotId::new(robot).unwrap(), NumberedOrder { number, value: order })
+        });
         let (from, orders) = (Participant::Coordinator, given.collect());
         self.receive(seconds, Message::Orders(OrderReport { from, time_ns: seconds * SECOND, orders }))
+    }
+
+    /// The coordinator publishes its zones: cell, number and zone of each.
+    fn close(&mut self, seconds: u64, zones: &[(u32, u64, Zone)]) -> Effects<Message> {
+        let given = zones
+            .iter()
+            .map(|&(cell, number, value)| (self.cell(cell), Numbered { number, value }))
+            .collect();
+        let (from, zones) = (Participant::Coordinator, given);
+        self.receive(seconds, Message::Zones(ZoneReport { from, time_ns: seconds * SECOND, zones }))
     }
 
     /// The robot enters the cells of a path, 15 s each.
@@ -225,6 +237,119 @@ fn a_robot_holds_where_it_is_if_no_path_leads_where_it_is_sent() {
     let there = field.cell(2);
     assert_eq!(field.order_one(1, &[(1, 5, RobotOrder::Go(there))]).route, Some(Vec::new()));
     assert_eq!(field.robot.activity(), Activity::Holding);
+}
+
+const OPEN: &str = "......\n......\n......\n";
+
+#[test]
+fn a_robot_goes_around_cells_that_are_closed_before_it() {
+    let mut field = Field::on(OPEN, "budget_seconds = 1e6");
+    field.sense(0, 0);
+    let there = field.cell(5);
+    let way = field.order_one(1, &[(1, 5, RobotOrder::Go(there))]).route.unwrap();
+    assert_eq!(way.len(), 5, "along the southern edge");
+    // A wall with a gap in the north.
+    let closed = [2, 8].map(|cell| (cell, 6, Zone::NoGo));
+    let around = field.close(2, &closed).route.unwrap();
+    assert_eq!((around.last(), around.len()), (Some(&there), 9), "{around:?}");
+    assert!(closed.iter().all(|&(cell, ..)| !around.contains(&field.cell(cell))));
+    assert!(is_nothing(&field.close(3, &closed)), "what is known is no news");
+    assert!(is_nothing(&field.close(3, &[(2, 5, Zone::Open)])), "an older zone comes late");
+    // The gap is closed too, and then all is opened again.
+    assert_eq!(field.close(4, &[(14, 7, Zone::NoGo)]).route, Some(Vec::new()));
+    assert_eq!(field.robot.activity(), Activity::Holding, "no way leads there");
+    assert_eq!(field.close(5, &[2, 8, 14].map(|cell| (cell, 8, Zone::Open))).route.unwrap().len(), 5);
+}
+
+#[test]
+fn a_robot_in_a_no_go_zone_leaves_it_by_the_shortest_way_and_says_so() {
+    let mut field = Field::on(OPEN, "budget_seconds = 1e6");
+    field.sense(0, 7);
+    let closed = [0, 1, 2, 6, 7, 8, 12, 13, 14].map(|cell| (cell, 5, Zone::NoGo));
+    let way = field.close(1, &closed).route.unwrap();
+    assert_eq!(
+        (way.as_slice(), field.robot.activity()),
+        (&[8, 9].map(|it| field.cell(it))[..], Activity::Leaving)
+    );
+    let beat = field.robot.react(field.robot.wake_at(), Event::Woke);
+    let told =
+        beat.published.iter().any(|(_, it)| matches!(it, Message::Zones(it) if it.zones.iter().len() == 9));
+    assert!(told, "it passes on what it knows");
+    let (_, out) = field.drive(1, way);
+    let path = out.route.unwrap();
+    assert_eq!(field.robot.activity(), Activity::Searching);
+    assert!(
+        path.iter().all(|cell| closed.iter().all(|&(closed, ..)| field.cell(closed) != *cell)),
+        "{path:?}"
+    );
+}
+
+#[test]
+fn a_paused_robot_in_a_no_go_zone_stays_until_it_is_resumed() {
+    let mut field = Field::on(OPEN, "budget_seconds = 1e6");
+    field.sense(0, 0);
+    field.order_one(1, &[(1, 5, RobotOrder::Pause)]);
+    assert_eq!(field.close(2, &[(0, 6, Zone::NoGo)]).route, None);
+    field.order_one(3, &[(1, 7, RobotOrder::Search)]);
+    assert_eq!(field.robot.activity(), Activity::Leaving);
+}
+
+#[test]
+fn cells_that_are_skipped_are_searched_only_when_they_are_opened_again() {
+    let mut field = Field::new("budget_seconds = 1e6\nstop_when_expected_remaining = 0.5");
+    field.sense(0, 0);
+    let searched = [0, 1, 6, 7, 12, 13];
+    let belief = field.robot.belief().digest();
+    assert_eq!(field.close(1, &searched.map(|cell| (cell, 5, Zone::Skip))).route, None);
+    // In the next cell it decides again.
+    let rest = field.sense(15, 1);
+    assert_eq!((rest.route, field.robot.activity()), (Some(Vec::new()), Activity::Cleared));
+    assert_eq!(field.robot.belief().digest(), belief, "no zone is evidence");
+    assert!((field.robot.belief().probability(field.cell(0)) - 0.2).abs() < 1e-9);
+    assert!(
+        !field
+            .close(60, &[(13, 6, Zone::Open), (12, 6, Zone::Open), (6, 6, Zone::Open)])
+            .route
+            .unwrap()
+            .is_empty()
+    );
+    // What is added meanwhile keeps its prior where it is skipped, and is searched elsewhere.
+    field.order(61, 0, TeamOrder::Search, &[0, 2]);
+    assert!((field.robot.belief().probability(field.cell(0)) - 0.2).abs() < 1e-9);
+}
+
+#[test]
+fn a_robot_returns_to_the_cell_nearest_to_its_closed_base() {
+    let mut field = Field::on(OPEN, "budget_seconds = 1e6\nreturn_to_base = true");
+    let path = field.sense(0, 0).route.unwrap();
+    let (now, _) = field.drive(0, path);
+    field.close(now + 1, &[(0, 5, Zone::NoGo)]);
+    let way = field.order(now + 2, 6, TeamOrder::Return, &[]).route.unwrap();
+    let last = way.last().copied();
+    assert!(last == Some(field.cell(1)) || last == Some(field.cell(6)), "{way:?}");
+    let (now, _) = field.drive(now + 2, way);
+    assert_eq!(field.robot.activity(), Activity::Recalled);
+    let home = field.close(now + 1, &[(0, 7, Zone::Open)]).route.unwrap();
+    assert_eq!(home, [field.cell(0)]);
+}
+
+#[test]
+fn a_robot_that_is_cut_off_from_its_base_searches_on_and_returns_as_near_as_it_can() {
+    let mut field = Field::on(OPEN, "budget_seconds = 1e6\nreturn_to_base = true");
+    field.sense(0, 0);
+    let there = field.cell(5);
+    let way = field.order_one(1, &[(1, 5, RobotOrder::Go(there))]).route.unwrap();
+    let (now, _) = field.drive(1, way);
+    // A wall through the whole map.
+    field.close(now + 1, &[2, 8, 14].map(|cell| (cell, 6, Zone::NoGo)));
+    let search = field.order_one(now + 2, &[(1, 7, RobotOrder::Search)]).route.unwrap();
+    assert_eq!((search.is_empty(), field.robot.activity()), (false, Activity::Searching));
+    let back = field.order_one(now + 3, &[(1, 8, RobotOrder::Return)]).route.unwrap();
+    assert_eq!(back, [4, 3].map(|it| field.cell(it)), "to the foot of the wall");
+    let (now, _) = field.drive(now + 3, back);
+    assert_eq!(field.robot.activity(), Activity::Recalled);
+    let home = field.close(now + 1, &[(2, 9, Zone::Open)]).route.unwrap();
+    assert_eq!(home.last(), Some(&field.cell(0)));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use crate::finds::{Find, finds};
 use dragnet_proto::directive::added_prior;
 use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_proto::verdict::Verdicts;
+use dragnet_proto::zones::Zones;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
@@ -27,6 +28,7 @@ pub struct MissionFold {
     tracks: Tracks,
     status: Option<MissionStatus>,
     verdicts: Verdicts,
+    zones: Zones,
 }
 
 /// The changes caused by a record.
@@ -53,6 +55,7 @@ impl MissionFold {
             tracks: Tracks::default(),
             status: None,
             verdicts: Verdicts::default(),
+            zones: Zones::default(),
         }
     }
 
@@ -82,6 +85,12 @@ impl MissionFold {
             Record::Verdicts(report) => {
                 let judged = self.verdicts.take(report.verdicts.iter(), &mut self.belief);
                 Change { judged, ..Change::default() }
+            }
+            Record::Zones(report) => {
+                if report.from == Participant::Coordinator {
+                    self.zones = report.zones.clone();
+                }
+                Change::default()
             }
             // Orders are what robots are to do: what they do is in their plans. The others follow from the records above.
             Record::Orders(_) | Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {
@@ -133,6 +142,12 @@ impl MissionFold {
     #[must_use]
     pub const fn status(&self) -> Option<&MissionStatus> {
         self.status.as_ref()
+    }
+
+    /// The operator's zones.
+    #[must_use]
+    pub const fn zones(&self) -> &Zones {
+        &self.zones
     }
 
     /// The operator's verdicts.

@@ -13,13 +13,14 @@ use std::time::Duration;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::Knowledge;
 use dragnet_proto::message::{
-    Audience, Detection, Heartbeat, Intent, Message, MissionStatus, OrderReport, VerdictReport,
+    Audience, Detection, Heartbeat, Intent, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport,
 };
 use dragnet_proto::orders::RobotOrders;
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::validation::Limits;
+use dragnet_proto::zones::Zones;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -121,6 +122,8 @@ pub enum Record {
     Verdicts(VerdictReport),
     /// The operator's orders to single robots: the coordinator's when they change, and those of a robot when they are received.
     Orders(OrderReport),
+    /// The operator's zones: the coordinator's when they change, and those of a robot when they are received.
+    Zones(ZoneReport),
     /// The belief as it is shown, recorded periodically and at the end.
     Belief(Arc<Belief>),
 }
@@ -140,6 +143,8 @@ pub struct Mission {
     orders: RobotOrders,
     /// Of these, orders that are older than they should be.
     early: Early,
+    /// The operator's zones.
+    zones: Zones,
     /// Prior probability in cells that the operator adds.
     added_prior: f64,
     /// The origin of the operator's marks, once there is one.
@@ -170,6 +175,7 @@ impl Mission {
             directive: Directive::default(),
             orders: RobotOrders::default(),
             early: Early::default(),
+            zones: Zones::default(),
             added_prior: added_prior(&config.prior, &config.terrain),
             by_hand: None,
             doubled: BTreeSet::new(),
@@ -343,6 +349,10 @@ impl Mission {
                 outcome.records.push(Record::Orders(report.clone()));
                 self.learn_orders(now, &report.orders, outcome);
             }
+            Message::Zones(report) => {
+                outcome.records.push(Record::Zones(report.clone()));
+                self.learn_zones(now, &report.zones, outcome);
+            }
             Message::Observation(_)
             | Message::SyncRequest(_)
             | Message::SyncReply(_)
@@ -420,6 +430,9 @@ impl Mission {
         }
         if !self.orders.is_empty() {
             outcome.effects.published.push((Audience::All, Message::Orders(self.order_report(now))));
+        }
+        if !self.zones.is_empty() {
+            outcome.effects.published.push((Audience::All, Message::Zones(self.zone_report(now))));
         }
     }
 

@@ -1,8 +1,12 @@
-//! Orders and verdicts that the coordinator shows for the first time: the operator gives them now, or robots knew them.
+//! Orders, zones and verdicts that the coordinator shows for the first time: the operator gives them now, or robots knew them.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use dragnet_proto::directive::{Directive, TeamOrder};
+use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
@@ -49,8 +53,24 @@ pub fn to_robots(
 ) -> impl Iterator<Item = (RobotId, NumberedOrder, Given)> {
     let new = after.iter().filter(|&(robot, order)| !before.includes(robot, order));
     new.map(move |(robot, order)| {
-        let is_known = before.iter().any(|known| known.0 == robot && known.1.order == order.order);
+        let is_known = before.iter().any(|known| known.0 == robot && known.1.value == order.value);
         (robot, order, Given::at(order.number, shown).or_anew(is_known))
+    })
+}
+
+/// Zones that are news in a report that the coordinator shows at a time, each with its cells.
+pub fn zones(
+    before: &Zones,
+    after: &Zones,
+    shown: MissionTime,
+) -> impl Iterator<Item = (Numbered<Zone>, BTreeSet<Cell>, Given)> {
+    let mut new: BTreeMap<Numbered<Zone>, BTreeSet<Cell>> = BTreeMap::new();
+    for (cell, zone) in after.iter().filter(|&(cell, zone)| !before.includes(cell, zone)) {
+        new.entry(zone).or_default().insert(cell);
+    }
+    new.into_iter().map(move |(zone, cells)| {
+        let is_known = cells.iter().all(|&cell| before.of(cell) == Some(zone.value));
+        (zone, cells, Given::at(zone.number, shown).or_anew(is_known))
     })
 }
 

@@ -33,7 +33,7 @@ use crate::record::{
 const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
 
 /// A recorded mission. Its records are [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`],
-/// [`Record::Status`], [`Record::Verdicts`] and [`Record::Orders`]; all others follow from them.
+/// [`Record::Status`], [`Record::Verdicts`], [`Record::Orders`] and [`Record::Zones`]; all others follow from them.
 #[derive(Clone, Debug)]
 pub struct Playback {
     /// The map at the start.
@@ -311,6 +311,7 @@ fn kind(topic: &str) -> Option<MessageKind> {
         RobotTopic::Heartbeat => Some(MessageKind::Heartbeat),
         RobotTopic::Verdicts => Some(MessageKind::Verdicts),
         RobotTopic::Orders => Some(MessageKind::Orders),
+        RobotTopic::Zones => Some(MessageKind::Zones),
         RobotTopic::Pose | RobotTopic::Path => None,
     }
 }
@@ -323,6 +324,7 @@ fn record(message: Message) -> Option<Record> {
         Message::MissionStatus(status) => Some(Record::Status(status)),
         Message::Verdicts(report) => Some(Record::Verdicts(report)),
         Message::Orders(report) => Some(Record::Orders(report)),
+        Message::Zones(report) => Some(Record::Zones(report)),
         Message::SyncRequest(_) | Message::SyncReply(_) => None,
     }
 }

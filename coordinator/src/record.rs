@@ -12,6 +12,8 @@
 //! /robots/<robot>/verdicts   those that a robot has received; both only once there are any
 //! /robots/0/orders           the operator's orders to single robots, when they change
 //! /robots/<robot>/orders     those that a robot has received; both only once there are any
+//! /robots/0/zones            the operator's no-go zones and skipped cells, when they change
+//! /robots/<robot>/zones      those that a robot has received; both only once there are any
 //! /objects                   each declaration of an object
 //! /mission/status            with all declared objects
 //! ```
@@ -228,6 +230,10 @@ impl Recorder {
             Record::Orders(report) => {
                 let topic = Topic::Robot(report.from.into(), RobotTopic::Orders);
                 self.put(topic, at(report.time_ns), &wire::Orders::from(report))?;
+            }
+            Record::Zones(report) => {
+                let topic = Topic::Robot(report.from.into(), RobotTopic::Zones);
+                self.put(topic, at(report.time_ns), &wire::Zones::from(report))?;
             }
             Record::Belief(belief) => self.put_belief(now, belief)?,
         }

@@ -223,9 +223,11 @@ fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Op
     let verdicts = has_verdicts.then(|| Record::Verdicts(mission.verdict_report(now)));
     let orders = Record::Orders(mission.order_report(now));
     let orders = (!mission.orders().is_empty()).then_some(orders);
+    let zones = (!mission.zones().is_empty()).then(|| Record::Zones(mission.zone_report(now)));
     let written = records
         .chain(verdicts)
         .chain(orders)
+        .chain(zones)
         .chain(stand)
         .try_for_each(|record| recorder.record(now, &record));
     if written.and_then(|()| recorder.flush()).is_ok() && recorder.trouble().is_none() {

@@ -10,6 +10,7 @@ use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::track::Track;
 use dragnet_proto::message::Detection;
 use dragnet_proto::verdict::{Decision, Verdicts};
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -18,8 +19,10 @@ use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::one_subject::{Standing, SubjectPosterior};
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
+use geo::MultiLineString;
 
 use crate::ExportError;
+use crate::bands::region;
 
 /// Detection threshold and speed for recordings without them.
 const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
@@ -52,7 +55,8 @@ pub struct Account {
     pub pod: Vec<f64>,
     /// The whole search.
     pub total: Coverage,
-    /// The drawn areas, and how thoroughly each was searched if robots can enter it and a cell of it is searched.
+    /// The drawn areas, and how thoroughly each was searched if robots can enter it and a cell of it is searched; and last
+    /// the no-go zone by the operator's order, if there is one.
     pub areas: Vec<(Area, Option<Coverage>)>,
     /// The posterior of the one subject by which cells are declared, if exactly one is sought.
     pub subject: Option<Standing>,
@@ -136,7 +140,8 @@ impl Account {
         let reach = fold.reach(&playback.sights().unwrap_or_default());
         let standing =
             subject.as_ref().map(|it| it.standing(&terrain, &reach, |cell| declared.contains(&cell)));
-        let areas = earth.areas.into_iter().zip(coverages).collect();
+        let closed = closed(fold.mission.zones(), &terrain, &frame).map(|area| (area, None));
+        let areas = earth.areas.into_iter().zip(coverages).chain(closed).collect();
         Ok(Self {
             name: playback.run.get("scenario").cloned().unwrap_or_else(|| "recording".to_owned()),
             start_unix_ns: playback.start_unix_ns,
@@ -319,6 +324,16 @@ impl Weigh<'_> {
         let now = self.now.map(|_| now);
         Coverage { cells: count, poa: share(mass, self.expected), pod: share(detected, mass), now }
     }
+}
+
+/// The no-go zone by the operator's order, as an area of the next search.
+fn closed(zones: &Zones, terrain: &Terrain, frame: &Georeference) -> Option<Area> {
+    zones.cells(Zone::NoGo).next()?;
+    let is_closed: Vec<bool> =
+        terrain.grid().cells().map(|cell| zones.of(cell) == Some(Zone::NoGo)).collect();
+    let region = region(terrain, frame, &is_closed);
+    let purpose = Purpose::NoGo(region, MultiLineString::new(Vec::new()));
+    Some(Area { name: "No-go by order".to_owned(), purpose })
 }
 
 /// The share of each searched cell that an area covers, or for a place its weight there; all above 0.

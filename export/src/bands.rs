@@ -50,14 +50,18 @@ pub(crate) fn bands(terrain: &Terrain, frame: &Georeference, pod: &[f64]) -> Vec
             })
             .collect();
         let cells = is_in.iter().filter(|is_in| **is_in).count();
-        let region = outlines(terrain.grid(), &is_in).map_coords(|corner| {
-            let meters = (corner.x * terrain.cell_meters(), corner.y * terrain.cell_meters());
-            let point = frame.point(meters);
-            geo::Coord { x: point.longitude_degrees, y: point.latitude_degrees }
-        });
-        Band { from, to, cells, region }
+        Band { from, to, cells, region: region(terrain, frame, &is_in) }
     };
     EDGES.windows(2).map(band).filter(|band| band.cells > 0).collect()
+}
+
+/// The outlines of marked cells, shape `[cells]`, in degrees; outer rings counterclockwise.
+pub(crate) fn region(terrain: &Terrain, frame: &Georeference, is_in: &[bool]) -> MultiPolygon<f64> {
+    outlines(terrain.grid(), is_in).map_coords(|corner| {
+        let meters = (corner.x * terrain.cell_meters(), corner.y * terrain.cell_meters());
+        let point = frame.point(meters);
+        geo::Coord { x: point.longitude_degrees, y: point.latitude_degrees }
+    })
 }
 
 /// The outlines of marked cells, in cells east and north of the grid's corner.

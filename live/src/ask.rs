@@ -5,9 +5,11 @@ use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
+use dragnet_proto::zones::Zone;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use serde::{Deserialize, Deserializer};
+use std::collections::BTreeSet;
 
 use crate::polygon::{self, Corner, PolygonError};
 use crate::view::{State, View};
@@ -61,6 +63,13 @@ pub enum Ask {
         /// The decision.
         r#as: DecisionName,
     },
+    /// Take the cells of a polygon out of the search, or open them again.
+    Zone {
+        /// Its corners.
+        corners: Vec<Corner>,
+        /// What its cells are.
+        r#as: ZoneName,
+    },
     /// Add a polygon to the search area.
     Search {
         /// Its corners.
@@ -81,6 +90,18 @@ pub enum MarkName {
     Searched,
     /// [`Mark::Clue`].
     Clue,
+}
+
+/// Names of zones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ZoneName {
+    /// [`Zone::Open`].
+    Open,
+    /// [`Zone::Skip`].
+    Skip,
+    /// [`Zone::NoGo`].
+    NoGo,
 }
 
 /// Names of decisions about finds.
@@ -140,6 +161,14 @@ pub enum AskError {
         /// The given column.
         column: u32,
     },
+    /// A cell in a no-go zone.
+    #[error("cell [{row}, {column}] is no-go by your order: open it again first")]
+    Closed {
+        /// The given row.
+        row: u32,
+        /// The given column.
+        column: u32,
+    },
     /// A cell to which no way leads from where the robot is.
     #[error("no way leads from where robot {robot} is to cell [{row}, {column}]")]
     NoWay {
@@ -175,6 +204,15 @@ pub enum AskError {
     /// An invalid polygon.
     #[error(transparent)]
     Polygon(#[from] PolygonError),
+    /// No cell of the polygon is searched.
+    #[error("no cell in it is searched, so that there is nothing to skip")]
+    NothingToSkip,
+    /// No cell of the polygon is in a zone.
+    #[error("no cell in it is skipped or no-go by your order: no-go areas of the map stay")]
+    NothingToOpen,
+    /// All cells of the polygon are in the zone already.
+    #[error("all cells in it are {0} already")]
+    SameZone(&'static str),
     /// All cells of the polygon are searched already.
     #[error("all {0} cells in it are searched already")]
     NothingNew(usize),
@@ -194,6 +232,7 @@ impl Ask {
             Self::Mark { row, column, r#as } => mark(view, Position { row, column }, r#as),
             Self::Find { row, column, r#as } => decide(view, Position { row, column }, r#as),
             Self::Search { corners } => search(view, &corners),
+            Self::Zone { corners, r#as } => zone(view, &corners, r#as),
         }
     }
 }
@@ -229,6 +268,10 @@ fn go(view: &View, number: u16, at: Position) -> Result<(Command, String), AskEr
     let robot = found.as_ref().map(|(robot, ..)| *robot);
     let sight = robot.and_then(|robot| view.about().sights.get(robot.index()));
     let flies = sight.is_some_and(|sight| sight.flies());
+    let zones = view.fold().zones();
+    if zones.of(cell) == Some(Zone::NoGo) {
+        return Err(AskError::Closed { row, column });
+    }
     if !flies && !view.terrain().is_traversable(cell) {
         return Err(AskError::NotTraversable { row, column });
     }
@@ -238,7 +281,12 @@ fn go(view: &View, number: u16, at: Position) -> Result<(Command, String), AskEr
         }
         // Diagonal moves connect no more cells than straight ones.
         let is_cut_off = |(from, _)| {
-            !ShortestPathTree::from(view.terrain(), Connectivity::Four, from).length(cell).is_finite()
+            // It leaves a no-go zone first.
+            if zones.of(from) == Some(Zone::NoGo) {
+                return false;
+            }
+            let terrain = zones.on(view.terrain());
+            !ShortestPathTree::from(&terrain, Connectivity::Four, from).length(cell).is_finite()
         };
         if !flies && track.pose.is_some_and(is_cut_off) {
             return Err(AskError::NoWay { robot: number, row, column });
@@ -293,6 +341,42 @@ fn mark(view: &View, at: Position, name: MarkName) -> Result<(Command, String), 
         "Cell [{row}, {column}] is marked as {what}: the odds of an object there are {by:.0} times {moved}."
     );
     Ok((Command::Mark(mark, cell), answer))
+}
+
+fn zone(view: &View, corners: &[Corner], name: ZoneName) -> Result<(Command, String), AskError> {
+    let inside = polygon::cells_within(view.terrain().grid(), corners)?;
+    let zones = view.fold().zones();
+    let is = |cell: Cell| zones.of(cell).unwrap_or(Zone::Open);
+    let robots = view.robots().filter_map(|(robot, _, track, _)| Some((robot, track.pose?.0)));
+    let is_inside = inside.iter().copied().collect::<BTreeSet<_>>();
+    let robots: Vec<String> =
+        robots.filter(|(_, cell)| is_inside.contains(cell)).map(|(robot, _)| robot.to_string()).collect();
+    let (zone, nothing, kept): (Zone, AskError, Vec<Cell>) = match name {
+        ZoneName::Open => (Zone::Open, AskError::NothingToOpen, inside),
+        ZoneName::Skip => {
+            let searched: Vec<Cell> =
+                inside.into_iter().filter(|&cell| view.terrain().is_searched(cell)).collect();
+            if searched.is_empty() {
+                return Err(AskError::NothingToSkip);
+            }
+            (Zone::Skip, AskError::SameZone("skipped"), searched)
+        }
+        ZoneName::NoGo => (Zone::NoGo, AskError::SameZone("no-go"), inside),
+    };
+    let cells: Vec<Cell> = kept.into_iter().filter(|&cell| is(cell) != zone).collect();
+    let effect = match zone {
+        _ if cells.is_empty() => return Err(nothing),
+        Zone::Open => "are open again".to_owned(),
+        Zone::Skip => "are skipped: robots do not search there, and may drive through".to_owned(),
+        Zone::NoGo if robots.is_empty() => "are no-go: robots go around them".to_owned(),
+        Zone::NoGo => {
+            let who = if robots.len() == 1 { "robot" } else { "robots" };
+            let leave = if robots.len() == 1 { "leaves" } else { "leave" };
+            format!("are no-go: {who} {} {leave} by the shortest way, others go around", robots.join(", "))
+        }
+    };
+    let answer = format!("{} cells {effect}.", cells.len());
+    Ok((Command::Zone(zone, cells), answer))
 }
 
 fn search(view: &View, corners: &[Corner]) -> Result<(Command, String), AskError> {

@@ -35,10 +35,11 @@ const COLUMN: Field = Field { name: "column", ..ROW };
 const MARK: Field = Field { name: "as", value: Allowed::OneOf(&["searched", "clue"]), is_needed: true };
 const DECISION: Field =
     Field { name: "as", value: Allowed::OneOf(&["confirmed", "dismissed", "undone"]), is_needed: true };
+const ZONE: Field = Field { name: "as", value: Allowed::OneOf(&["no_go", "skip", "open"]), is_needed: true };
 const CORNERS: Field = Field { name: "corners", value: Allowed::Corners, is_needed: true };
 
 /// All commands.
-const FORMS: [Form; 7] = [
+const FORMS: [Form; 8] = [
     Form { name: "pause", fields: &[ROBOT], example: r#"{"command": "pause", "robot": 2}"# },
     Form { name: "resume", fields: &[ROBOT], example: r#"{"command": "resume", "robot": 2}"# },
     Form { name: "return", fields: &[ROBOT], example: r#"{"command": "return", "robot": 2}"# },
@@ -61,6 +62,11 @@ const FORMS: [Form; 7] = [
         name: "search",
         fields: &[CORNERS],
         example: r#"{"command": "search", "corners": [[0, 0], [9, 0], [9, 5]]}"#,
+    },
+    Form {
+        name: "zone",
+        fields: &[CORNERS, ZONE],
+        example: r#"{"command": "zone", "corners": [[0, 0], [9, 0], [9, 5]], "as": "no_go"}"#,
     },
 ];
 
@@ -172,7 +178,7 @@ mod tests {
     fn what_is_no_command_is_told_in_plain_words_with_what_is_allowed_and_an_example() {
         let check =
             |text: &str, expected: &str| assert_eq!(read(text), Err(format!("no command: {expected}")));
-        let all = "allowed are pause, resume, return, go, mark, find and search, such as {\"command\": \"pause\", \"robot\": 2}";
+        let all = "allowed are pause, resume, return, go, mark, find, search and zone, such as {\"command\": \"pause\", \"robot\": 2}";
         check("pause", &format!("the text is not valid JSON; {all}"));
         check("[1]", &format!("the JSON is not an object; {all}"));
         check("{}", &format!("the field \"command\" is missing; {all}"));

@@ -7,6 +7,7 @@ use dragnet_proto::command::Mark;
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder};
 use dragnet_proto::verdict::Decision;
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::one_subject::SubjectPosterior;
@@ -100,6 +101,10 @@ pub struct Frame {
     /// One byte per cell, 1 if it is searched and out of reach; Base64.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub out_of_reach: Option<String>,
+    /// The operator's zones: runs of cells `[first, count, zone]`, 1 if they are skipped and 2 if they are no-go. Absent if
+    /// nothing has changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub zones: Option<Vec<[u32; 3]>>,
     /// Robots, by number.
     pub robots: Vec<RobotFrame>,
     /// Declared objects.
@@ -200,7 +205,7 @@ pub struct DismissedFrame {
 pub struct OrderFrame {
     /// When it was given, seconds.
     pub time: f64,
-    /// `resume`, `go`, `return`, `pause`, `area`, `searched`, `clue`, `confirmed`, `dismissed` or `undone`.
+    /// `resume`, `go`, `return`, `pause`, `area`, `open`, `skip`, `no_go`, `searched`, `clue`, `confirmed`, `dismissed` or `undone`.
     pub what: &'static str,
     /// The robot that it is for; that of all robots has none.
     pub robot: Option<u16>,
@@ -223,6 +228,7 @@ pub struct Shown {
     reach: Option<(u32, usize)>,
     steps: BTreeMap<RobotId, u64>,
     orders: Option<Vec<OrderFrame>>,
+    zones: Option<Zones>,
 }
 
 /// The belief in a cell, in 255 steps of its log-odds from [`LEAST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
@@ -267,6 +273,7 @@ impl Frame {
             searched,
             changes,
             out_of_reach: out_of_reach(view, added, &mut shown.reach),
+            zones: zones(view, &mut shown.zones),
             robots: robots(view, &mut shown.steps),
             declared: declared(view, subject.as_ref()),
             dismissed: dismissed(view),
@@ -323,6 +330,23 @@ fn out_of_reach(view: &View, added: usize, shown: &mut Option<(u32, usize)>) -> 
     let cells = view.terrain().grid().cells();
     let bytes: Vec<u8> = cells.map(|cell| u8::from(view.is_out_of_reach(cell))).collect();
     Some(STANDARD.encode(bytes))
+}
+
+fn zones(view: &View, shown: &mut Option<Zones>) -> Option<Vec<[u32; 3]>> {
+    let zones = view.fold().zones();
+    if shown.as_ref() == Some(zones) {
+        return None;
+    }
+    *shown = Some(zones.clone());
+    let mut runs: Vec<[u32; 3]> = Vec::new();
+    for (cell, entry) in zones.iter().filter(|(_, entry)| entry.value != Zone::Open) {
+        let (cell, zone) = (cell.number(), entry.value.number().into());
+        match runs.last_mut() {
+            Some([first, count, before]) if *before == zone && *first + *count == cell => *count += 1,
+            _ => runs.push([cell, 1, zone]),
+        }
+    }
+    Some(runs)
 }
 
 fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
@@ -398,20 +422,30 @@ const fn order_word(order: RobotOrder) -> &'static str {
     }
 }
 
+/// The command for a zone.
+const fn zone_word(zone: Zone) -> &'static str {
+    match zone {
+        Zone::Open => "open",
+        Zone::Skip => "skip",
+        Zone::NoGo => "no_go",
+    }
+}
+
 fn order_frame(Acknowledged { time, order, has }: &Acknowledged, robots: &[RobotId]) -> OrderFrame {
     let (what, cell) = match order {
         Order::Team(_, order) => (order_word((*order).into()), None),
-        Order::Robot(_, NumberedOrder { order, .. }) => {
+        Order::Robot(_, NumberedOrder { value: order, .. }) => {
             (order_word(*order), if let RobotOrder::Go(there) = order { Some(*there) } else { None })
         }
         Order::Area(_) => ("area", None),
+        Order::Zone(zone, _) => (zone_word(zone.value), None),
         Order::Mark { mark: Mark::Searched, cell, .. } => ("searched", Some(*cell)),
         Order::Mark { mark: Mark::Clue, cell, .. } => ("clue", Some(*cell)),
         Order::Verdict(cell, verdict) => (verdict.decision.word().unwrap_or("undone"), Some(*cell)),
     };
     let cells = match order {
         Order::Team(..) | Order::Robot(..) => 0,
-        Order::Area(cells) => cells.len(),
+        Order::Area(cells) | Order::Zone(_, cells) => cells.len(),
         Order::Mark { .. } | Order::Verdict(..) => 1,
     };
     let concerned = robots.iter().filter(|&&robot| order.concerns(robot));

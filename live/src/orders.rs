@@ -1,10 +1,10 @@
 //! Acknowledgements: the operator's last commands, and the robots that are known to have received each.
 //!
 //! Robots send nothing for them. A heartbeat holds the directive and the version vector that its robot knows, which
-//! include an order to all, an added area or a mark; a robot that knows verdicts, or orders to single robots, publishes
-//! them. A command that reaches a robot through others is acknowledged too, once the coordinator receives a message of
-//! that robot. A later order in the place of another acknowledges that one only if it is one of these commands: robots
-//! may know an order of a later number that is older than any.
+//! include an order to all, an added area or a mark; a robot that knows verdicts, orders to single robots, or zones
+//! publishes them. A command that reaches a robot through others is acknowledged too, once the coordinator receives a
+//! message of that robot. A later order in the place of another acknowledges that one only if it is one of these
+//! commands: robots may know an order of a later number that is older than any.
 
 use std::collections::{BTreeSet, VecDeque};
 
@@ -12,9 +12,11 @@ use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::news::{self, Given};
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::{Directive, TeamOrder};
-use dragnet_proto::message::{Heartbeat, OrderReport, VerdictReport};
+use dragnet_proto::message::{Heartbeat, OrderReport, VerdictReport, ZoneReport};
+use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -32,6 +34,8 @@ pub enum Order {
     Robot(RobotId, NumberedOrder),
     /// Cells are added to the search area.
     Area(BTreeSet<Cell>),
+    /// Cells are taken out of the search, or opened again.
+    Zone(Numbered<Zone>, BTreeSet<Cell>),
     /// A cell is marked.
     Mark {
         /// The mark.
@@ -67,6 +71,7 @@ pub struct Orders {
     to_robots: RobotOrders,
     verdicts: Verdicts,
     has_heard: bool,
+    zones: Zones,
 }
 
 impl Order {
@@ -80,7 +85,8 @@ impl Order {
     fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Team(_, one), Self::Team(_, other)) => one == other,
-            (Self::Robot(robot, one), Self::Robot(whom, other)) => robot == whom && one.order == other.order,
+            (Self::Zone(one, some), Self::Zone(other, cells)) => one.value == other.value && some == cells,
+            (Self::Robot(robot, one), Self::Robot(whom, other)) => robot == whom && one.value == other.value,
             _ => false,
         }
     }
@@ -122,6 +128,7 @@ impl Orders {
             }
             Record::Verdicts(report) => self.judge(now, report),
             Record::Orders(report) => self.direct_robots(now, report),
+            Record::Zones(report) => self.zone(now, report),
             Record::Heartbeat(heartbeat) => self.beat(heartbeat),
             _ => {}
         }
@@ -198,6 +205,20 @@ impl Orders {
         }
     }
 
+    fn zone(&mut self, now: MissionTime, report: &ZoneReport) {
+        if let Participant::Robot(robot) = report.from {
+            self.acknowledge(robot, |order| match order {
+                Order::Zone(zone, cells) => cells.iter().all(|&cell| report.zones.includes(cell, *zone)),
+                _ => false,
+            });
+            return;
+        }
+        let before = std::mem::replace(&mut self.zones, report.zones.clone());
+        for (zone, cells, given) in news::zones(&before, &report.zones, now) {
+            self.list(now, given, Order::Zone(zone, cells));
+        }
+    }
+
     fn beat(&mut self, heartbeat: &Heartbeat) {
         let Heartbeat { directive, versions, .. } = heartbeat;
         self.has_heard = true;
@@ -209,7 +230,7 @@ impl Orders {
             Order::Mark { origin, sequence, .. } => {
                 versions.iter().any(|version| version.origin == *origin && version.next > *sequence)
             }
-            Order::Verdict(..) | Order::Robot(..) => false,
+            Order::Verdict(..) | Order::Robot(..) | Order::Zone(..) => false,
         });
     }
 
@@ -291,7 +312,8 @@ mod tests {
         }
 
         fn report(&mut self, seconds: u64, robot: RobotId, orders: &[(RobotId, u64, RobotOrder)]) {
-            let orders = orders.iter().map(|&(to, number, order)| (to, NumberedOrder { number, order }));
+            let orders =
+                orders.iter().map(|&(to, number, order)| (to, NumberedOrder { number, value: order }));
             let (from, orders) = (Participant::Robot(robot), orders.collect());
             let message = Message::Orders(OrderReport { from, time_ns: at(seconds).0, orders });
             self.step(seconds, Event::Received { from, message });

@@ -151,6 +151,8 @@ pub enum State {
     Sent,
     /// It is in that cell, and waits for the next order.
     Holding,
+    /// It leaves a no-go zone.
+    Leaving,
 }
 
 impl View {
@@ -199,8 +201,12 @@ impl View {
             Record::Intent(_) => self.received.push_back(self.now),
             Record::Heartbeat(heartbeat) => self.receive(heartbeat),
             Record::Status(_) | Record::Verdicts(_) => self.plot(),
-            // These follow from the records above, or are of [`Orders`] alone.
-            Record::Orders(_) | Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {}
+            // These follow from the records above, or are of [`Orders`] and the fold alone.
+            Record::Orders(_)
+            | Record::Zones(_)
+            | Record::Pose { .. }
+            | Record::Plan { .. }
+            | Record::Belief(_) => {}
         }
     }
 
@@ -399,7 +405,10 @@ impl View {
     #[must_use]
     pub fn expected_seconds(&self, robot: RobotId, track: &Track, state: State) -> Vec<u64> {
         let speed = self.about.speeds_meters_per_second.get(robot.index());
-        let drives = matches!(state, State::Searching | State::Returning | State::Recalled | State::Sent);
+        let drives = matches!(
+            state,
+            State::Searching | State::Returning | State::Recalled | State::Sent | State::Leaving
+        );
         let Some(speed) = speed.filter(|_| drives) else { return Vec::new() };
         let terrain = self.terrain();
         let expected = track.expected(self.now, terrain.grid(), speed / terrain.cell_meters());
@@ -421,6 +430,7 @@ impl View {
             Some(Activity::Recalled) => State::Recalled,
             Some(Activity::Sent) => State::Sent,
             Some(Activity::Holding) => State::Holding,
+            Some(Activity::Leaving) => State::Leaving,
         }
     }
 

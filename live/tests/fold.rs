@@ -22,6 +22,7 @@ use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::state_machine::{Effects, ParticipantError};
 use dragnet_proto::state_machine::{Event, StateMachine};
 use dragnet_proto::verdict::Decision;
+use dragnet_proto::zones::Zone;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -108,6 +109,7 @@ fn play() -> Played {
     let added: Vec<Cell> =
         grid.cells().filter(|&cell| !scenario.terrain().is_searched(cell)).take(4).collect();
     let mut robots = episode::team(&scenario, 5, Agent::new);
+    let cells = |numbers: &[u32]| numbers.iter().filter_map(|&number| grid.cell_numbered(number)).collect();
     let commands = vec![
         (270, Command::Team(TeamOrder::Search)),
         (260, Command::Team(TeamOrder::Return)),
@@ -118,7 +120,10 @@ fn play() -> Played {
         (200, Command::Team(TeamOrder::Pause)),
         (170, Command::Judge(Decision::Dismissed, grid.cell_numbered(14).unwrap())),
         (160, Command::Judge(Decision::Confirmed, grid.cell_numbered(5).unwrap())),
+        (155, Command::Zone(Zone::Open, cells(&[30, 31]))),
         (150, Command::Mark(Mark::Clue, added[0])),
+        (140, Command::Zone(Zone::Skip, cells(&[31, 32]))),
+        (130, Command::Zone(Zone::NoGo, cells(&[30, 31]))),
         (125, Command::Search(added.clone())),
         (100, Command::Mark(Mark::Searched, grid.cell_numbered(3).unwrap())),
     ];
@@ -341,10 +346,24 @@ fn every_command_is_acknowledged_by_the_robots_that_have_it() {
             answered.extend(waits.is_empty().then_some(what));
         }
     }
-    let all =
-        ["area", "clue", "confirmed", "dismissed", "go", "pause", "resume", "return", "searched", "undone"];
+    let all = [
+        "area",
+        "clue",
+        "confirmed",
+        "dismissed",
+        "go",
+        "no_go",
+        "open",
+        "pause",
+        "resume",
+        "return",
+        "searched",
+        "skip",
+        "undone",
+    ];
     assert_eq!(answered, all.into(), "all have it in the end");
     assert_eq!(waited, all.into(), "one robot has it before the other, and has it only after a while");
+    assert_eq!(Frame::next(&view, &mut Shown::default()).zones.unwrap(), [[32, 1, 1]], "one cell is skipped");
     let last: Vec<_> = orders(&view).iter().map(|order| (order.what, order.robot, order.cell)).collect();
     let to_all = |what| (what, None, None);
     let to_one = [("resume", Some(2), None), ("go", Some(1), Some(16))];

@@ -156,6 +156,7 @@ pub fn dated(from: Participant, message: &Message) -> Option<MissionTime> {
         Message::MissionStatus(status) => status.time_ns,
         Message::Verdicts(report) => report.time_ns,
         Message::Orders(report) => report.time_ns,
+        Message::Zones(report) => report.time_ns,
         Message::SyncRequest(_) | Message::SyncReply(_) => return None,
     };
     Some(MissionTime(time_ns))

@@ -7,6 +7,7 @@ use dragnet_search::observation::RobotId;
 use crate::directive::TeamOrder;
 use crate::orders::RobotOrder;
 use crate::verdict::Decision;
+use crate::zones::Zone;
 
 /// A command of the operator.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,6 +20,8 @@ pub enum Command {
     Mark(Mark, Cell),
     /// Add these cells to the search area.
     Search(Vec<Cell>),
+    /// Take these cells out of the search, or open them again.
+    Zone(Zone, Vec<Cell>),
     /// Decide about the find in a cell.
     Judge(Decision, Cell),
 }

@@ -12,6 +12,7 @@ mod orders;
 mod packed;
 mod steps;
 mod verdicts;
+mod zones;
 
 use std::sync::Arc;
 
@@ -48,6 +49,7 @@ pub fn encode(message: &Message) -> Vec<u8> {
         Message::MissionStatus(status) => cdr::encode(&wire::MissionStatus::from(status)),
         Message::Verdicts(report) => cdr::encode(&wire::Verdicts::from(report)),
         Message::Orders(report) => cdr::encode(&wire::Orders::from(report)),
+        Message::Zones(report) => cdr::encode(&wire::Zones::from(report)),
     }
 }
 
@@ -85,6 +87,7 @@ pub fn check_sender(message: &Message, sender: Participant) -> Result<(), Conver
         Message::MissionStatus(_) => Participant::Coordinator,
         Message::Verdicts(report) => report.from,
         Message::Orders(report) => report.from,
+        Message::Zones(report) => report.from,
     };
     if author == sender {
         Ok(())
@@ -179,6 +182,7 @@ impl Codec {
             Message::MissionStatus(status) => packed::pack(&wire::MissionStatus::from(status), map),
             Message::Verdicts(report) => packed::pack(&wire::Verdicts::from(report), map),
             Message::Orders(report) => packed::pack(&wire::Orders::from(report), map),
+            Message::Zones(report) => packed::pack(&wire::Zones::from(report), map),
         }
     }
 
@@ -232,6 +236,10 @@ impl Codec {
             MessageKind::Orders => {
                 let (wire, check) = self.read_any::<wire::Orders>(bytes)?;
                 Ok(Message::Orders(check.orders(&wire)?))
+            }
+            MessageKind::Zones => {
+                let (wire, check) = self.read_any::<wire::Zones>(bytes)?;
+                Ok(Message::Zones(check.zones(&wire)?))
             }
         }
     }

@@ -140,6 +140,18 @@ pub struct Orders {
     pub cells: Vec<u32>,
 }
 
+/// `dragnet_msgs/msg/Zones`, see `msg/Zones.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Zones {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub firsts: Vec<u32>,
+    pub counts: Vec<u32>,
+    pub numbers: Vec<u64>,
+    pub zones: Vec<u8>,
+}
+
 /// `dragnet_msgs/msg/Step`, see `msg/Step.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Step {

@@ -1,10 +1,10 @@
 //! Zenoh keys of all messages.
 //!
 //! ```text
-//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts,orders}
+//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts,orders,zones}
 //! dragnet/<mission>/robots/<robot>/alive/<seniority>/<identity>
 //! dragnet/<mission>/robots/<from>/{sync_request,sync_reply}/<to>
-//! dragnet/<mission>/coordinator/{status,observation,verdicts,orders}
+//! dragnet/<mission>/coordinator/{status,observation,verdicts,orders,zones}
 //! dragnet/<mission>/coordinator/alive/<seniority>/<identity>
 //! dragnet/<mission>/coordinator/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
@@ -80,6 +80,8 @@ pub enum Topic {
     Verdicts(Participant),
     /// The operator's orders to single robots as a participant knows them, [`MessageKind::Orders`].
     Orders(Participant),
+    /// The operator's zones as a participant knows them, [`MessageKind::Zones`].
+    Zones(Participant),
     /// Queries of the simulator to a participant, [`crate::step::Step`].
     SimStep(Participant),
     /// The readings of a robot's simulated sensor, [`crate::step::Sensed`].
@@ -105,6 +107,7 @@ impl Topic {
             (MessageKind::Observation, Participant::Coordinator, Audience::All) => Some(Self::ByHand),
             (MessageKind::Verdicts, from, Audience::All) => Some(Self::Verdicts(from)),
             (MessageKind::Orders, from, Audience::All) => Some(Self::Orders(from)),
+            (MessageKind::Zones, from, Audience::All) => Some(Self::Zones(from)),
             _ => None,
         }
     }
@@ -122,6 +125,7 @@ impl Topic {
             Self::ByHand => Some((MessageKind::Observation, Participant::Coordinator)),
             Self::Verdicts(from) => Some((MessageKind::Verdicts, from)),
             Self::Orders(from) => Some((MessageKind::Orders, from)),
+            Self::Zones(from) => Some((MessageKind::Zones, from)),
             Self::Alive { .. } | Self::SimStep(_) | Self::SimSensed(_) => None,
         }
     }
@@ -147,6 +151,7 @@ impl fmt::Display for Key {
             Topic::ByHand => write!(formatter, "{COORDINATOR}/observation"),
             Topic::Verdicts(from) => write!(formatter, "{}/verdicts", Home(from)),
             Topic::Orders(from) => write!(formatter, "{}/orders", Home(from)),
+            Topic::Zones(from) => write!(formatter, "{}/zones", Home(from)),
             Topic::SimStep(participant) => write!(formatter, "sim/step/{}", Address(participant)),
             Topic::SimSensed(robot) => write!(formatter, "sim/sensed/{robot}"),
         }
@@ -232,6 +237,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "heartbeat"] => Topic::Heartbeat(number(robot)?),
         ["robots", robot, "verdicts"] => Topic::Verdicts(Participant::Robot(number(robot)?)),
         ["robots", robot, "orders"] => Topic::Orders(Participant::Robot(number(robot)?)),
+        ["robots", robot, "zones"] => Topic::Zones(Participant::Robot(number(robot)?)),
         ["robots", robot, "alive", seniority, identity] => {
             let participant = Participant::Robot(number(robot)?);
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
@@ -247,6 +253,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         [COORDINATOR, "observation"] => Topic::ByHand,
         [COORDINATOR, "verdicts"] => Topic::Verdicts(from_coordinator),
         [COORDINATOR, "orders"] => Topic::Orders(from_coordinator),
+        [COORDINATOR, "zones"] => Topic::Zones(from_coordinator),
         [COORDINATOR, "alive", seniority, identity] => {
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
             Topic::Alive { participant: from_coordinator, claim }

@@ -14,6 +14,7 @@ use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 use crate::directive::Directive;
 use crate::orders::RobotOrders;
 use crate::verdict::Verdicts;
+use crate::zones::Zones;
 
 /// The receivers of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -43,6 +44,8 @@ pub enum Message {
     Verdicts(VerdictReport),
     /// To all, beside heartbeats and status once there are any: the operator's orders to single robots that the sender knows.
     Orders(OrderReport),
+    /// To all, beside heartbeats and status once there are any: the operator's zones that the sender knows.
+    Zones(ZoneReport),
 }
 
 impl Message {
@@ -58,6 +61,7 @@ impl Message {
             Self::MissionStatus(_) => MessageKind::MissionStatus,
             Self::Verdicts(_) => MessageKind::Verdicts,
             Self::Orders(_) => MessageKind::Orders,
+            Self::Zones(_) => MessageKind::Zones,
         }
     }
 }
@@ -81,11 +85,13 @@ pub enum MessageKind {
     Verdicts,
     /// [`Message::Orders`].
     Orders,
+    /// [`Message::Zones`].
+    Zones,
 }
 
 impl MessageKind {
     /// All kinds.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Observation,
         Self::Intent,
         Self::Heartbeat,
@@ -94,6 +100,7 @@ impl MessageKind {
         Self::MissionStatus,
         Self::Verdicts,
         Self::Orders,
+        Self::Zones,
     ];
 }
 
@@ -178,6 +185,8 @@ pub enum Activity {
     Sent,
     /// It is in that cell, where it waits for the operator's next order.
     Holding,
+    /// The operator has closed the cell that it is in: it leaves the no-go zone by the shortest way.
+    Leaving,
 }
 
 impl Activity {
@@ -194,14 +203,15 @@ impl Activity {
             Self::Returning => "it returns to its base",
             Self::Recalled => "the operator has called it back",
             Self::Sent => "it goes where the operator sends it",
-            Self::Holding => "the operator has sent it there",
+            Self::Holding => "it waits for the operator's next order",
+            Self::Leaving => "it leaves a no-go zone",
         }
     }
 
     /// Whether the robot follows a path.
     #[must_use]
     pub const fn is_under_way(self) -> bool {
-        matches!(self, Self::Searching | Self::Returning | Self::Sent)
+        matches!(self, Self::Searching | Self::Returning | Self::Sent | Self::Leaving)
     }
 
     /// Whether the robot has ended its search; a paused, holding or waiting robot may continue.
@@ -209,9 +219,13 @@ impl Activity {
     pub const fn is_rest(self) -> bool {
         match self {
             Self::Cleared | Self::Spent | Self::Stuck | Self::Recalled => true,
-            Self::Searching | Self::Paused | Self::Waiting | Self::Returning | Self::Sent | Self::Holding => {
-                false
-            }
+            Self::Searching
+            | Self::Paused
+            | Self::Waiting
+            | Self::Returning
+            | Self::Sent
+            | Self::Holding
+            | Self::Leaving => false,
         }
     }
 }
@@ -283,6 +297,17 @@ pub struct OrderReport {
     pub time_ns: u64,
     /// The orders.
     pub orders: RobotOrders,
+}
+
+/// The operator's zones that a participant knows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ZoneReport {
+    /// The participant.
+    pub from: Participant,
+    /// When it was sent, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// The zones.
+    pub zones: Zones,
 }
 
 /// A declared object.

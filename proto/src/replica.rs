@@ -131,7 +131,7 @@ impl Replica {
             Message::SyncRequest(request) => self.answer(*request, &mut received),
             Message::SyncReply(reply) => self.take_repeated(now, from, reply, &mut received),
             Message::Verdicts(report) => received.judged = self.knowledge.judge(now, &report.verdicts),
-            Message::Intent(_) | Message::Orders(_) => {}
+            Message::Intent(_) | Message::Orders(_) | Message::Zones(_) => {}
         }
         received
     }

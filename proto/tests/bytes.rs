@@ -10,13 +10,15 @@ use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::dragnet_msgs::VERSION;
 use dragnet_proto::message::{
     Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, OrderReport,
-    SyncReply, SyncRequest, VerdictReport,
+    SyncReply, SyncRequest, VerdictReport, ZoneReport,
 };
+use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::radio::{Load, Priority};
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::step::{MessageRef, Sensed, Step, StepEvent, StepReply};
 use dragnet_proto::verdict::{Decision, Verdict, Verdicts};
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -71,6 +73,7 @@ fn activities() -> impl Strategy<Value = Activity> {
         Just(Activity::Recalled),
         Just(Activity::Sent),
         Just(Activity::Holding),
+        Just(Activity::Leaving),
     ]
 }
 
@@ -196,8 +199,14 @@ fn orders() -> impl Strategy<Value = RobotOrders> {
         Just(RobotOrder::Pause),
     ];
     let given = (robots(), any::<u64>(), order)
-        .prop_map(|(robot, number, order)| (robot, NumberedOrder { number, order }));
+        .prop_map(|(robot, number, order)| (robot, NumberedOrder { number, value: order }));
     vec(given, 0..9).prop_map(|orders| orders.into_iter().collect())
+}
+
+fn zones() -> impl Strategy<Value = Zones> {
+    let zone = (cells(), 0..3_u64, 0..3_usize)
+        .prop_map(|(cell, number, zone)| (cell, Numbered { number, value: Zone::ALL[zone] }));
+    vec(zone, 0..30).prop_map(|zones| zones.into_iter().collect())
 }
 
 fn messages() -> impl Strategy<Value = Message> {
@@ -214,6 +223,8 @@ fn messages() -> impl Strategy<Value = Message> {
         )),
         (participants(), any::<u64>(), orders())
             .prop_map(|(from, time_ns, orders)| Message::Orders(OrderReport { from, time_ns, orders })),
+        (participants(), any::<u64>(), zones())
+            .prop_map(|(from, time_ns, zones)| Message::Zones(ZoneReport { from, time_ns, zones })),
     ]
 }
 

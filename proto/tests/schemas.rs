@@ -18,6 +18,7 @@ fn every_message_of_dragnet_matches_its_schema() {
     check::<ours::MissionStatus>();
     check::<ours::Verdicts>();
     check::<ours::Orders>();
+    check::<ours::Zones>();
     check::<ours::Step>();
     check::<ours::StepReply>();
     check::<ours::Sensed>();

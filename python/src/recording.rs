@@ -148,6 +148,7 @@ const fn activity(activity: Activity) -> &'static str {
         Activity::Recalled => "recalled",
         Activity::Sent => "sent",
         Activity::Holding => "holding",
+        Activity::Leaving => "leaving",
     }
 }
 

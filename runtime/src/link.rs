@@ -97,6 +97,7 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             Selection::Heartbeats,
             Selection::Verdicts,
             Selection::Orders,
+            Selection::Zones,
         ];
         let to_me = participant.map(|participant| {
             [Selection::SyncRequestsTo(participant), Selection::SyncRepliesTo(participant)]

@@ -9,9 +9,11 @@ use dragnet_coordinator::finds::of_subject;
 use dragnet_coordinator::news::{self, Given};
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{Activity, Detection, Heartbeat, Message, MissionStatus};
+use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::state_machine::{Effects, StateMachine};
 use dragnet_proto::verdict::{Decision, Verdict, Verdicts};
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::Places;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -36,6 +38,8 @@ pub(crate) struct Narrator {
     order: (u64, TeamOrder),
     /// The operator's orders to single robots that the coordinator has published.
     orders: RobotOrders,
+    /// The operator's zones that the coordinator has published.
+    zones: Zones,
     /// The last activity of each robot that the coordinator received.
     ending: Ending,
 }
@@ -51,6 +55,7 @@ impl Narrator {
             verdicts: Verdicts::default(),
             order: (0, TeamOrder::Search),
             orders: RobotOrders::default(),
+            zones: Zones::default(),
             ending: Ending::default(),
         }
     }
@@ -138,6 +143,9 @@ impl Narrator {
                 Message::Orders(report) if self.me == Participant::Coordinator => {
                     lines.extend(self.orders_robots(MissionTime(report.time_ns), &report.orders));
                 }
+                Message::Zones(report) if self.me == Participant::Coordinator => {
+                    lines.extend(self.closes(MissionTime(report.time_ns), &report.zones));
+                }
                 _ => {}
             }
         }
@@ -162,6 +170,9 @@ impl Narrator {
                 return Some(format!("returning to its base at {}", self.places.cell(waypoint)));
             }
             Activity::Sent => return Some(format!("sent to {}", self.places.cell(waypoint))),
+            Activity::Leaving => {
+                return Some(format!("leaving a no-go zone, to {}", self.places.cell(waypoint)));
+            }
             _ => {}
         }
         let cells = if route.len() == 1 { "1 cell".to_owned() } else { format!("{} cells", route.len()) };
@@ -237,7 +248,7 @@ impl Narrator {
     /// The coordinator has published the operator's orders to single robots.
     fn orders_robots(&mut self, now: MissionTime, orders: &RobotOrders) -> Vec<String> {
         let before = std::mem::replace(&mut self.orders, orders.clone());
-        let line = |(robot, NumberedOrder { order, .. }, given)| {
+        let line = |(robot, NumberedOrder { value: order, .. }, given)| {
             let what = match order {
                 RobotOrder::Search => "searches".to_owned(),
                 RobotOrder::Go(there) => format!("goes to {}", self.places.on_earth(there)),
@@ -247,6 +258,16 @@ impl Narrator {
             Some(format!("ordered{}: robot {robot} {what}", when(given)?))
         };
         news::to_robots(&before, orders, now).filter_map(line).collect()
+    }
+
+    /// The coordinator has published the operator's zones.
+    fn closes(&mut self, now: MissionTime, zones: &Zones) -> Vec<String> {
+        let before = std::mem::replace(&mut self.zones, zones.clone());
+        let line = |(zone, cells, given): (Numbered<Zone>, BTreeSet<Cell>, _)| {
+            let some = self.places.some(&cells);
+            Some(format!("ordered{}: {some} {}", when(given)?, zone.value.said_of(cells.len())))
+        };
+        news::zones(&before, zones, now).filter_map(line).collect()
     }
 
     /// The coordinator has published the operator's verdicts.
@@ -419,7 +440,7 @@ mod tests {
         assert_eq!(told(at(120), TeamOrder::Pause).unwrap(), "ordered before, at 120.0 s: all robots pause");
         assert_eq!(told(at(150), TeamOrder::Pause), None);
         assert_eq!(told(at(200), TeamOrder::Search).unwrap(), "ordered: all robots search");
-        let order = NumberedOrder { number: at(110).0, order: RobotOrder::Pause };
+        let order = NumberedOrder { number: at(110).0, value: RobotOrder::Pause };
         let orders = [(RobotId::FIRST, order)].into_iter().collect();
         assert_eq!(narrator.orders_robots(at(200), &orders), ["ordered before, at 110.0 s: robot 1 pauses"]);
         let (decision, log_odds_units) = (Decision::Confirmed, Verdict::CONFIRMED_UNITS);

@@ -212,9 +212,9 @@ impl Vehicle {
         }
     }
 
-    /// The agent has a new route.
-    pub(crate) fn follow(&mut self, now: Now, route: Vec<Cell>) -> Vec<Effect> {
-        self.tell(now, Event::Route(route))
+    /// The agent has a new route, or knows of other closed cells.
+    pub(crate) fn heed(&mut self, now: Now, event: Event) -> Vec<Effect> {
+        self.tell(now, event)
     }
 
     /// To be called every [`TICK`].

@@ -263,6 +263,9 @@ impl<'a> WorldServer<'a> {
             Incoming::Message { message: Message::Verdicts(report), .. } => {
                 self.world.judge(self.clock.now(), &report.verdicts);
             }
+            Incoming::Message { message: Message::Zones(report), .. } => {
+                self.world.close(self.clock.now(), &report.zones);
+            }
             Incoming::Left(Participant::Robot(gone), _) => {
                 self.has_missed = true;
                 self.robots.remove(&gone);

@@ -177,6 +177,16 @@ impl Terrain {
         self.ground[cell.index()].searched = true;
     }
 
+    /// The same map with other ground in these cells.
+    #[must_use]
+    pub fn with_ground(&self, cells: impl IntoIterator<Item = (Cell, Ground)>) -> Self {
+        let mut terrain = self.clone();
+        for (cell, ground) in cells {
+            terrain.ground[cell.index()] = ground;
+        }
+        terrain
+    }
+
     /// The map of a robot that crosses every cell.
     #[must_use]
     pub fn from_above(&self) -> Self {

@@ -6,6 +6,7 @@ use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError};
 use dragnet_proto::verdict::Verdicts;
+use dragnet_proto::zones::Zones;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -42,6 +43,8 @@ pub struct Episode {
     pub at_start: Vec<bool>,
     /// The operator's verdicts on finds.
     pub verdicts: Verdicts,
+    /// The operator's zones.
+    pub zones: Zones,
     /// Measurements during the episode.
     pub outcome: Outcome,
 }
@@ -60,6 +63,7 @@ impl Episode {
             path_cells: world.path_cells().collect(),
             at_start: world.at_start().collect(),
             verdicts: world.verdicts().clone(),
+            zones: world.zones().clone(),
             belief: world.into_merged(),
             outcome,
         }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::verdict::Verdicts;
+use dragnet_proto::zones::Zones;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Class, Objects, Scenario, Start};
 use dragnet_search::belief::Belief;
@@ -37,6 +38,8 @@ pub struct World {
     score: Score,
     /// The operator's verdicts, which the merged belief contains.
     verdicts: Verdicts,
+    /// The operator's zones.
+    zones: Zones,
     /// Whether readings are rounded as radios carry them.
     is_rounding: bool,
 }
@@ -99,6 +102,7 @@ impl World {
             detection_threshold,
             score,
             verdicts: Verdicts::default(),
+            zones: Zones::default(),
             is_rounding: scenario.network().bytes_per_second.is_some(),
         }
     }
@@ -280,6 +284,17 @@ impl World {
         for (cell, was_found) in before {
             self.rate(cell, was_found);
         }
+    }
+
+    /// Merges the operator's zones.
+    pub fn close(&mut self, now: MissionTime, zones: &Zones) {
+        self.zones.merge(now, zones);
+    }
+
+    /// The operator's zones.
+    #[must_use]
+    pub const fn zones(&self) -> &Zones {
+        &self.zones
     }
 
     /// The operator's verdicts.

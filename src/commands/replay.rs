@@ -15,9 +15,11 @@ use dragnet_live::page::Page;
 use dragnet_live::replay;
 use dragnet_live::view::{About, View};
 use dragnet_proto::directive::TeamOrder;
-use dragnet_proto::message::{MissionStatus, OrderReport, VerdictReport};
+use dragnet_proto::message::{MissionStatus, OrderReport, VerdictReport, ZoneReport};
+use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::Places;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -82,6 +84,7 @@ struct Teller {
     order: (u64, TeamOrder),
     verdicts: Verdicts,
     orders: RobotOrders,
+    zones: Zones,
     /// Cells that each robot was in; robots by number.
     paths: Vec<Vec<Cell>>,
 }
@@ -98,6 +101,7 @@ impl Teller {
             order: (0, TeamOrder::Search),
             verdicts: Verdicts::default(),
             orders: RobotOrders::default(),
+            zones: Zones::default(),
         }
     }
 
@@ -127,6 +131,7 @@ impl Teller {
             Record::Status(status) => self.stand(status),
             Record::Verdicts(report) if report.from == Participant::Coordinator => self.judge(report),
             Record::Orders(report) if report.from == Participant::Coordinator => self.direct(report),
+            Record::Zones(report) if report.from == Participant::Coordinator => self.close(report),
             _ => Vec::new(),
         }
     }
@@ -146,7 +151,7 @@ impl Teller {
 
     fn direct(&mut self, report: &OrderReport) -> Vec<String> {
         let before = std::mem::replace(&mut self.orders, report.orders.clone());
-        let line = |(robot, NumberedOrder { order, .. }, given)| {
+        let line = |(robot, NumberedOrder { value: order, .. }, given)| {
             let what = match order {
                 RobotOrder::Search => format!("resumes robot {robot}"),
                 RobotOrder::Go(there) => format!("sends robot {robot} to {}", self.places.on_earth(there)),
@@ -156,6 +161,15 @@ impl Teller {
             dated(given, &format!("the operator {what}"))
         };
         news::to_robots(&before, &report.orders, MissionTime(report.time_ns)).filter_map(line).collect()
+    }
+
+    fn close(&mut self, report: &ZoneReport) -> Vec<String> {
+        let before = std::mem::replace(&mut self.zones, report.zones.clone());
+        let line = |(zone, cells, given): (Numbered<Zone>, BTreeSet<Cell>, Given)| {
+            let some = self.places.some(&cells);
+            dated(given, &format!("by the operator's order {some} {}", zone.value.said_of(cells.len())))
+        };
+        news::zones(&before, &report.zones, MissionTime(report.time_ns)).filter_map(line).collect()
     }
 
     fn direct_all(&mut self, status: &MissionStatus) -> Option<String> {

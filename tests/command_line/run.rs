@@ -24,6 +24,8 @@ fn one_json_object_holds_all_measures() {
         "precision",
         "confirmed",
         "dismissed",
+        "no_go_cells",
+        "skipped_cells",
         "f1",
         "auc_f1",
         "path_cells",

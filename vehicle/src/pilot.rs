@@ -232,6 +232,12 @@ impl Pilot {
                     self.leg = Leg::Idle;
                 }
             }
+            Event::Closed(cells) => {
+                self.driver.close(&self.terrain, &cells);
+                if matches!(self.leg, Leg::Driving { .. }) {
+                    self.leg = Leg::Idle;
+                }
+            }
             Event::Declared(cells) => self.perception.set_declared(cells),
             Event::Drive(report) => self.receive(report, actions),
             Event::Interlock(interlock, Some(InterlockFault { kind, message })) => {

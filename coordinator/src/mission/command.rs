@@ -1,13 +1,14 @@
 //! The operator's commands: marks become observations, decisions about finds verdicts, and the others change the
-//! directive.
+//! directive, the orders to single robots or the zones.
 
 use std::sync::Arc;
 
 use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Audience, Message, OrderReport, VerdictReport};
+use dragnet_proto::message::{Audience, Message, OrderReport, VerdictReport, ZoneReport};
 use dragnet_proto::orders::{RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Decision, Verdicts};
+use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -34,6 +35,7 @@ impl Mission {
             Command::Mark(mark, cell) => return self.mark(now, mark, cell, outcome),
             Command::Judge(decision, cell) => return self.judge(now, decision, cell, outcome),
             Command::Robot(robot, order) => return self.order(now, robot, order, outcome),
+            Command::Zone(zone, cells) => return self.zone(now, zone, &cells, outcome),
             Command::Team(order) => {
                 // An order that all robots have already is not given again.
                 let is_in_effect = directive.order == order && self.orders.newest() <= directive.number;
@@ -72,7 +74,7 @@ impl Mission {
         }
         self.early.gave(robot, order);
         let mut orders = self.orders.clone();
-        orders.give(now.0, robot, order, &self.directive);
+        orders.order(now.0, robot, order, &self.directive);
         self.learn_orders(now, &orders, outcome);
     }
 
@@ -87,6 +89,36 @@ impl Mission {
 
     pub(crate) fn order_report(&self, now: MissionTime) -> OrderReport {
         OrderReport { from: Participant::Coordinator, time_ns: now.0, orders: self.orders.clone() }
+    }
+
+    /// The operator's zones so far.
+    #[must_use]
+    pub const fn zones(&self) -> &Zones {
+        &self.zones
+    }
+
+    fn zone(&mut self, now: MissionTime, zone: Zone, cells: &[Cell], outcome: &mut Outcome) {
+        let mut zones = self.zones.clone();
+        for &cell in cells {
+            if zones.of(cell).unwrap_or(Zone::Open) != zone {
+                self.early.gave_zone(cell, zone);
+                zones.give(now.0, cell, zone);
+            }
+        }
+        self.learn_zones(now, &zones, outcome);
+    }
+
+    /// Merges zones, from here or from a robot; if any is news, all are recorded and published to all.
+    pub(super) fn learn_zones(&mut self, now: MissionTime, zones: &Zones, outcome: &mut Outcome) {
+        if self.zones.merge(now, zones) {
+            self.early.rezone(&mut self.zones);
+            outcome.records.push(Record::Zones(self.zone_report(now)));
+            self.report(now, outcome);
+        }
+    }
+
+    pub(crate) fn zone_report(&self, now: MissionTime) -> ZoneReport {
+        ZoneReport { from: Participant::Coordinator, time_ns: now.0, zones: self.zones.clone() }
     }
 
     /// The operator's verdicts so far.

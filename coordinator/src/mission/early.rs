@@ -1,4 +1,4 @@
-//! Orders that the operator gave before any robot was heard.
+//! Orders and zones that the operator gave before any robot was heard.
 //!
 //! The clock of a coordinator that has just started may be far behind that of the robots, so that an order of now has a
 //! smaller number than one that they have known for long. The operator gave it later than whatever they bring, so it is
@@ -9,6 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::orders::{RobotOrder, RobotOrders};
+use dragnet_proto::zones::{Zone, Zones};
+use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
 /// The operator's orders of this process that may have to be dated anew: each as long as it is the last for its target.
@@ -17,6 +19,7 @@ pub(super) struct Early {
     has_heard: bool,
     to_all: Option<TeamOrder>,
     to_robots: BTreeMap<RobotId, RobotOrder>,
+    zones: BTreeMap<Cell, Zone>,
     /// Robots with an order of their own since that to all, early or not.
     ordered: BTreeSet<RobotId>,
 }
@@ -42,7 +45,9 @@ impl Early {
     /// The operator gives all robots an order.
     pub(super) fn gave_all(&mut self, order: TeamOrder) {
         let has_heard = self.has_heard;
-        *self = Self { has_heard, to_all: (!has_heard).then_some(order), ..Self::default() };
+        self.to_all = (!has_heard).then_some(order);
+        self.to_robots.clear();
+        self.ordered.clear();
     }
 
     /// The operator gives a robot an order.
@@ -55,11 +60,29 @@ impl Early {
         }
     }
 
+    /// The operator makes a cell part of a zone.
+    pub(super) fn gave_zone(&mut self, cell: Cell, zone: Zone) {
+        if self.has_heard {
+            self.zones.remove(&cell);
+        } else {
+            self.zones.insert(cell, zone);
+        }
+    }
+
+    /// Makes early zones newer than different ones that were merged.
+    pub(super) fn rezone(&self, zones: &mut Zones) {
+        for (&cell, &zone) in &self.zones {
+            if zones.of(cell) != Some(zone) {
+                zones.give(0, cell, zone);
+            }
+        }
+    }
+
     /// Makes early orders newer than different ones that were merged; returns whether one to a single robot was.
     pub(super) fn redate(&self, directive: &mut Directive, orders: &mut RobotOrders) -> bool {
         if let Some(order) = self.to_all {
             let rivals = orders.iter().filter(|(robot, rival)| {
-                rival.order != order.into()
+                rival.value != order.into()
                     && rival.number > directive.number
                     && !self.ordered.contains(robot)
             });
@@ -72,7 +95,7 @@ impl Early {
         for (&robot, &order) in &self.to_robots {
             if orders.current(robot, directive) != order {
                 // One more than what was newer: what the operator has ordered since is dated by the clock.
-                orders.give(0, robot, order, directive);
+                orders.order(0, robot, order, directive);
                 is_redated = true;
             }
         }

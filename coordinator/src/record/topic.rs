@@ -41,6 +41,8 @@ pub(crate) enum RobotTopic {
     Verdicts,
     /// `dragnet_msgs/msg/Orders`.
     Orders,
+    /// `dragnet_msgs/msg/Zones`.
+    Zones,
 }
 
 impl Topic {
@@ -74,7 +76,7 @@ impl fmt::Display for Topic {
 }
 
 impl RobotTopic {
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 8] = [
         Self::Pose,
         Self::Path,
         Self::Observation,
@@ -82,6 +84,7 @@ impl RobotTopic {
         Self::Heartbeat,
         Self::Verdicts,
         Self::Orders,
+        Self::Zones,
     ];
 
     const fn name(self) -> &'static str {
@@ -93,6 +96,7 @@ impl RobotTopic {
             Self::Heartbeat => "heartbeat",
             Self::Verdicts => "verdicts",
             Self::Orders => "orders",
+            Self::Zones => "zones",
         }
     }
 

@@ -11,3 +11,4 @@ mod mission;
 mod plan;
 mod readers;
 mod verdicts;
+mod zones;

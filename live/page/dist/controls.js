@@ -1,8 +1,12 @@
 import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
-const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close"];
+const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close", "no_go", "skip", "open"];
+const TOO_FEW = "An area needs at least three corners";
 const MISSING = {
-    close: "An area needs at least three corners",
+    close: TOO_FEW,
+    no_go: TOO_FEW,
+    skip: TOO_FEW,
+    open: TOO_FEW,
     return: "Called back already",
 };
 const DRIVES = new Set(["searching", "sent", "returning", "waiting"]);
@@ -28,7 +32,10 @@ export class Controls {
             clue: () => this.mark("clue"),
             area: () => this.draw(!this.isDrawing),
             corner: () => this.corner(map.cursorSpot()),
-            close: () => this.close(),
+            close: () => this.close("search"),
+            no_go: () => this.close("no_go"),
+            skip: () => this.close("skip"),
+            open: () => this.close("open"),
         };
         for (const id of BUTTONS)
             element(id, HTMLButtonElement).addEventListener("click", act[id]);
@@ -106,6 +113,7 @@ export class Controls {
     }
     show() {
         this.offerRobots();
+        const isClosable = this.map.corners.length > 2;
         const hasCursor = this.map.cursor !== undefined;
         const missing = { ...MISSING, ...(this.one === undefined ? { go: "Choose one robot first" } : {}) };
         const needs = {
@@ -116,7 +124,10 @@ export class Controls {
             clue: hasCursor,
             area: true,
             corner: hasCursor,
-            close: this.map.corners.length > 2,
+            close: isClosable,
+            no_go: isClosable,
+            skip: isClosable,
+            open: isClosable,
         };
         for (const id of BUTTONS) {
             const button = element(id, HTMLButtonElement);
@@ -129,8 +140,8 @@ export class Controls {
         if (pause.textContent !== text)
             pause.textContent = text;
         element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
-        element("corner", HTMLButtonElement).hidden = !this.isDrawing;
-        element("close", HTMLButtonElement).hidden = !this.isDrawing;
+        for (const id of ["corner", "close", "no_go", "skip", "open"])
+            element(id, HTMLButtonElement).hidden = !this.isDrawing;
     }
     tapped(spot) {
         if (this.isDrawing)
@@ -147,7 +158,10 @@ export class Controls {
             s: () => this.mark("searched"),
             c: () => this.mark("clue"),
             a: () => this.draw(!this.isDrawing),
-            f: () => this.close(),
+            f: () => this.close("search"),
+            n: () => this.close("no_go"),
+            k: () => this.close("skip"),
+            o: () => this.close("open"),
             Escape: () => this.draw(false),
         };
         const isOnMap = target instanceof HTMLElement && target.id === "ground";
@@ -191,7 +205,7 @@ export class Controls {
             this.began();
         this.isDrawing = isDrawing;
         this.map.corners = [];
-        this.answer(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
+        this.answer(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then say what it is." : "");
         this.show();
         this.redraw();
     }
@@ -206,16 +220,19 @@ export class Controls {
         this.show();
         this.redraw();
     }
-    close() {
+    close(use) {
         if (!this.isDrawing)
             return;
         const corners = this.map.corners;
         if (corners.length < 3) {
-            this.answer("An area needs at least three corners.");
+            this.answer(`${TOO_FEW}.`);
             return;
         }
         this.draw(false);
-        void this.ask({ command: "search", corners }, "area");
+        if (use === "search")
+            void this.ask({ command: "search", corners }, "area");
+        else
+            void this.ask({ command: "zone", corners, as: use }, use);
     }
     headers() {
         return { Authorization: `Bearer ${this.token ?? ""}` };

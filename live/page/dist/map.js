@@ -155,6 +155,7 @@ export class MapView {
         const below = new Pen(under, mission, view);
         if (choice.no_go)
             below.hatch();
+        below.zones();
         if (choice.grid)
             drawGrid(under, mission, view);
         this.areas.show(choice);

@@ -8,6 +8,7 @@ export class Mission {
     searched;
     version = 0;
     isOutOfReach;
+    zones = new Map();
     frame;
     trails = new Map();
     curve = [];
@@ -37,6 +38,8 @@ export class Mission {
             this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
         }
         this.orders = frame.orders ?? this.orders;
+        if (frame.zones !== undefined)
+            this.zones = zoned(frame.zones);
         this.frame = frame;
     }
     takeCells(frame) {
@@ -70,6 +73,9 @@ export class Mission {
         const [row, column] = this.place(cell);
         return `[${row}, ${column}]`;
     }
+}
+function zoned(runs) {
+    return new Map(runs.flatMap(([first, count, zone]) => Array.from({ length: count }, (_, index) => [first + index, zone])));
 }
 function bytes(base64) {
     return Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));

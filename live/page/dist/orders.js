@@ -14,12 +14,16 @@ export function showOrders(mission) {
 }
 function named(mission, order) {
     const cell = order.cell === null ? "" : ` ${mission.name(order.cell)}`;
+    const cells = `an area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`;
     const names = {
         pause: "Pause",
         resume: "Resume",
         return: "Return to base",
         go: `Go to${cell}`,
-        area: `Area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`,
+        area: `Search ${cells}`,
+        open: `Open again ${cells}`,
+        skip: `Skip ${cells}`,
+        no_go: `No-go ${cells}`,
         searched: `Marked searched${cell}`,
         clue: `Marked clue${cell}`,
         confirmed: `Find${cell} confirmed`,

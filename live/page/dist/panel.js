@@ -25,7 +25,8 @@ const SIGNS = {
     returning: "⌂ returning to base",
     recalled: "⌂ called back to base",
     sent: "➤ goes, as ordered",
-    holding: "◆ holds, as ordered",
+    holding: "◆ holds until ordered",
+    leaving: "➤ leaves a no-go area",
 };
 export function showPanel(mission, goTo) {
     const frame = mission.frame;

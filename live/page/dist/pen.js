@@ -37,6 +37,33 @@ export class Pen {
         }
         context.stroke();
     }
+    zones() {
+        const { context, mission, view } = this;
+        const size = view.size;
+        const [crossed, striped] = [new Path2D(), new Path2D()];
+        for (const [cell, zone] of mission.zones) {
+            const [row, column] = mission.place(cell);
+            const [x, y] = view.at([column, row]);
+            if (x < -size || y < 0 || x > view.width || y > view.height + size)
+                continue;
+            context.fillStyle = zone === 2 ? "rgba(200, 30, 40, 0.35)" : "rgba(255, 255, 255, 0.35)";
+            context.fillRect(x, y - size, size, size);
+            const lines = zone === 2 ? crossed : striped;
+            lines.moveTo(x, y - size);
+            lines.lineTo(x + size, y);
+            if (zone !== 2)
+                continue;
+            lines.moveTo(x, y);
+            lines.lineTo(x + size, y - size);
+        }
+        if (size < 4)
+            return;
+        context.lineWidth = Math.max(1, size / 14);
+        context.strokeStyle = "rgba(165, 15, 30, 0.9)";
+        context.stroke(crossed);
+        context.strokeStyle = "rgba(40, 44, 52, 0.75)";
+        context.stroke(striped);
+    }
     tracks() {
         for (const robot of this.robots)
             this.line(this.mission.trails.get(robot.robot) ?? [], robot, []);

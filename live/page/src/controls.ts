@@ -8,11 +8,19 @@ import { element } from "./panel.js";
 /** Why the controls are disabled; undefined if they are not. */
 export type Lock = string | undefined;
 
-const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close"] as const;
+const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close", "no_go", "skip", "open"] as const;
+
+const TOO_FEW = "An area needs at least three corners";
+
+/** What is done with an area. */
+type Use = "search" | "no_go" | "skip" | "open";
 
 /** What a button waits for, if it is not a cell. */
 const MISSING: Partial<Record<(typeof BUTTONS)[number], string>> = {
-  close: "An area needs at least three corners",
+  close: TOO_FEW,
+  no_go: TOO_FEW,
+  skip: TOO_FEW,
+  open: TOO_FEW,
   return: "Called back already",
 };
 
@@ -42,7 +50,10 @@ export class Controls {
       clue: () => this.mark("clue"),
       area: () => this.draw(!this.isDrawing),
       corner: () => this.corner(map.cursorSpot()),
-      close: () => this.close(),
+      close: () => this.close("search"),
+      no_go: () => this.close("no_go"),
+      skip: () => this.close("skip"),
+      open: () => this.close("open"),
     };
     for (const id of BUTTONS) element(id, HTMLButtonElement).addEventListener("click", act[id]);
     element("whom", HTMLSelectElement).addEventListener("change", () => this.show());
@@ -134,6 +145,7 @@ export class Controls {
 
   private show(): void {
     this.offerRobots();
+    const isClosable = this.map.corners.length > 2;
     const hasCursor = this.map.cursor !== undefined;
     const missing = { ...MISSING, ...(this.one === undefined ? { go: "Choose one robot first" } : {}) };
     const needs: Record<(typeof BUTTONS)[number], boolean> = {
@@ -144,7 +156,10 @@ export class Controls {
       clue: hasCursor,
       area: true,
       corner: hasCursor,
-      close: this.map.corners.length > 2,
+      close: isClosable,
+      no_go: isClosable,
+      skip: isClosable,
+      open: isClosable,
     };
     for (const id of BUTTONS) {
       const button = element(id, HTMLButtonElement);
@@ -156,8 +171,7 @@ export class Controls {
     const text = `${this.isHeld ? "Resume" : "Pause"} ${whom}`;
     if (pause.textContent !== text) pause.textContent = text;
     element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
-    element("corner", HTMLButtonElement).hidden = !this.isDrawing;
-    element("close", HTMLButtonElement).hidden = !this.isDrawing;
+    for (const id of ["corner", "close", "no_go", "skip", "open"]) element(id, HTMLButtonElement).hidden = !this.isDrawing;
   }
 
   /** The map was tapped: adds a corner while an area is drawn. */
@@ -176,7 +190,10 @@ export class Controls {
       s: () => this.mark("searched"),
       c: () => this.mark("clue"),
       a: () => this.draw(!this.isDrawing),
-      f: () => this.close(),
+      f: () => this.close("search"),
+      n: () => this.close("no_go"),
+      k: () => this.close("skip"),
+      o: () => this.close("open"),
       Escape: () => this.draw(false),
     };
     const isOnMap = target instanceof HTMLElement && target.id === "ground";
@@ -223,7 +240,7 @@ export class Controls {
     if (this.isDrawing !== isDrawing && isDrawing) this.began();
     this.isDrawing = isDrawing;
     this.map.corners = [];
-    this.answer(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then search inside." : "");
+    this.answer(isDrawing ? "Tap the corners of the area, or move the cursor and press Enter at each; then say what it is." : "");
     this.show();
     this.redraw();
   }
@@ -239,15 +256,16 @@ export class Controls {
     this.redraw();
   }
 
-  private close(): void {
+  private close(use: Use): void {
     if (!this.isDrawing) return;
     const corners = this.map.corners;
     if (corners.length < 3) {
-      this.answer("An area needs at least three corners.");
+      this.answer(`${TOO_FEW}.`);
       return;
     }
     this.draw(false);
-    void this.ask({ command: "search", corners }, "area");
+    if (use === "search") void this.ask({ command: "search", corners }, "area");
+    else void this.ask({ command: "zone", corners, as: use }, use);
   }
 
   private headers(): HeadersInit {

@@ -16,6 +16,7 @@ export function describe(mission: Mission, cell: number): string {
     searched(mission, cell),
     mission.isOutOfReach[cell] === 1 ? "out of reach: no robot can observe it" : "",
     mission.isTraversable[cell] === 1 ? "" : "no-go",
+    ["", "skipped by your order", "no-go by your order"][mission.zones.get(cell) ?? 0] ?? "",
     ...here,
     ...expected(mission, cell),
   ];

@@ -188,6 +188,7 @@ export class MapView {
     this.raster.draw(under, mission, view);
     const below = new Pen(under, mission, view);
     if (choice.no_go) below.hatch();
+    below.zones();
     if (choice.grid) drawGrid(under, mission, view);
     this.areas.show(choice);
     const pen = new Pen(this.marks.begin(), mission, view);

@@ -46,6 +46,8 @@ export interface Frame {
   /** Cell, level, searched level. */
   changes?: [number, number, number][];
   out_of_reach?: string;
+  /** Runs of cells in the operator's zones: first cell, number of cells, zone. Absent if nothing has changed. */
+  zones?: [number, number, Zone][];
   robots: RobotFrame[];
   declared: Declared[];
   dismissed: Dismissed[];
@@ -66,7 +68,10 @@ export interface Frame {
   curve?: Point[];
 }
 
-export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning" | "recalled" | "sent" | "holding";
+export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning" | "recalled" | "sent" | "holding" | "leaving";
+
+/** What the operator has made of a cell: 0 open, 1 skipped, 2 no-go. */
+export type Zone = 0 | 1 | 2;
 
 /** What the operator wants of a robot. */
 export type RobotOrder = "resume" | "go" | "return" | "pause";
@@ -104,7 +109,7 @@ export interface Dismissed {
 /** A command of the operator, the robots that have it, and those of which that is not known. */
 export interface OrderFrame {
   time: number;
-  what: RobotOrder | "area" | "searched" | "clue" | "confirmed" | "dismissed" | "undone";
+  what: RobotOrder | "area" | "open" | "skip" | "no_go" | "searched" | "clue" | "confirmed" | "dismissed" | "undone";
   /** The robot that it is for; null if it is for all. */
   robot: number | null;
   cell: number | null;
@@ -147,6 +152,8 @@ export class Mission {
   version = 0;
   /** 1 in searched cells that are out of reach of all robots. */
   isOutOfReach: Uint8Array;
+  /** The operator's zones, by cell; cells that are open are absent. */
+  zones = new Map<number, Zone>();
   frame: Frame | undefined;
   trails = new Map<number, number[]>();
   curve: Point[] = [];
@@ -177,6 +184,7 @@ export class Mission {
       this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
     }
     this.orders = frame.orders ?? this.orders;
+    if (frame.zones !== undefined) this.zones = zoned(frame.zones);
     this.frame = frame;
   }
 
@@ -215,6 +223,10 @@ export class Mission {
     const [row, column] = this.place(cell);
     return `[${row}, ${column}]`;
   }
+}
+
+function zoned(runs: [number, number, Zone][]): Map<number, Zone> {
+  return new Map(runs.flatMap(([first, count, zone]) => Array.from({ length: count }, (_, index) => [first + index, zone] as const)));
 }
 
 function bytes(base64: string): Uint8Array {

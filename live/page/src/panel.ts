@@ -28,7 +28,8 @@ const SIGNS: Record<RobotFrame["state"], string> = {
   returning: "⌂ returning to base",
   recalled: "⌂ called back to base",
   sent: "➤ goes, as ordered",
-  holding: "◆ holds, as ordered",
+  holding: "◆ holds until ordered",
+  leaving: "➤ leaves a no-go area",
 };
 
 export function showPanel(mission: Mission, goTo: (cell: number) => void): void {

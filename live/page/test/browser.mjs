@@ -77,6 +77,8 @@ async function live() {
     }
     await answered(page, () => page.keyboard.press("f"), /searched already/);
 
+    await zones(page);
+
     assert.equal(await text(page, "pause"), "Resume all robots");
     const held = await cells(page);
     await page.locator("#pause").click();
@@ -85,6 +87,40 @@ async function live() {
     await reach(page);
     await fits(page);
   });
+}
+
+/** Draws an area by keys, and says what it is by another. */
+async function drawn(page, corners, key, answer) {
+  await page.keyboard.press("a");
+  for (const [row, column] of corners) {
+    await moveTo(page, row, column);
+    await page.keyboard.press("Enter");
+  }
+  await answered(page, () => page.keyboard.press(key), answer);
+}
+
+/** Areas are closed to robots, skipped and opened again; each robot has it, and the map shows it. */
+async function zones(page) {
+  const corners = [[10, 5], [10, 7], [12, 7], [12, 5]];
+  const at = () => text(page, "cell");
+  const first = () => page.locator("#orders li").first().textContent();
+  await drawn(page, corners, "n", /^\d+ cells are no-go: /);
+  await moveTo(page, 11, 6);
+  await until("the cell is no-go", async () => /no-go by your order/.test(await at()));
+  await until("each robot has it", async () => /No-go an area of \d+ cells: all robots have it$/.test(await first()));
+  await page.locator("#whom").selectOption({ label: "robot 2" });
+  await answered(page, () => page.locator("#go").click(), /Not done: cell \[11, 6\] is no-go by your order: open it again first/);
+  await page.locator("#whom").selectOption({ label: "all robots" });
+  await shot(page, "no_go.png");
+  await drawn(page, corners, "n", /Not done: all cells in it are no-go already/);
+  await drawn(page, corners, "k", /^\d+ cells are skipped: robots do not search there, and may drive through/);
+  await moveTo(page, 11, 6);
+  await until("the cell is skipped", async () => /skipped by your order/.test(await at()));
+  await shot(page, "skipped.png");
+  await drawn(page, corners, "o", /^\d+ cells are open again/);
+  await moveTo(page, 11, 6);
+  await until("the cell is open", async () => !/by your order/.test(await at()));
+  await until("each robot has that", async () => /Open again an area of \d+ cells: all robots have it$/.test(await first()));
 }
 
 /** One of the paused robots is sent to where another stands, and holds there. */

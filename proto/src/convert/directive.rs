@@ -1,8 +1,7 @@
 //! The directive to the wire and back: its cells travel as runs.
 
 use std::collections::BTreeSet;
-
-use dragnet_search::cell::Cell;
+use std::ops::{Range, RangeInclusive};
 
 use super::check::Check;
 use super::error::ConvertError;
@@ -46,7 +45,9 @@ impl Check {
         // Runs that ascend and stay on the map are no more cells than it has.
         let mut next = 0;
         for (index, (&first, &count)) in wire.firsts.iter().zip(&wire.counts).enumerate() {
-            next = check.run(index, next..first, count, &mut added)?;
+            let run = check.run(index, next..first, count)?;
+            next = *run.end() + 1;
+            added.extend(run.filter_map(|number| check.grid.cell_numbered(number)));
         }
         Ok(Directive { number: wire.number, order: check.order(wire.order)?, added })
     }
@@ -61,15 +62,13 @@ impl Check {
             })
     }
 
-    /// Adds one run of cells; returns the earliest start of the next one. `gap` counts from the earliest start of this
-    /// one.
-    fn run(
+    /// The numbers of one run of cells, all on the map. `gap` counts from the earliest start of this one.
+    pub(super) fn run(
         self,
         index: usize,
-        gap: std::ops::Range<u32>,
+        gap: Range<u32>,
         count: u32,
-        added: &mut BTreeSet<Cell>,
-    ) -> Result<u32, ConvertError> {
+    ) -> Result<RangeInclusive<u32>, ConvertError> {
         let first = gap.end;
         if first < gap.start {
             let (found, before) = (first.into(), gap.start.into());
@@ -82,7 +81,6 @@ impl Check {
             let at = self.at_entry("counts", index);
             return Err(ConvertError::Number { at, found: 0.0, allowed: "runs of at least 1 cell" });
         }
-        added.extend((first..=last).filter_map(|number| self.grid.cell_numbered(number)));
-        Ok(last + 1)
+        Ok(first..=last)
     }
 }

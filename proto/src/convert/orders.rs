@@ -12,7 +12,7 @@ impl From<&OrderReport> for wire::Orders {
     fn from(report: &OrderReport) -> Self {
         let OrderReport { from, time_ns, orders } = report;
         let (mut codes, mut cells) = (Vec::new(), Vec::new());
-        for (_, NumberedOrder { order, .. }) in orders.iter() {
+        for (_, NumberedOrder { value: order, .. }) in orders.iter() {
             let (code, cell) = match order {
                 RobotOrder::Search => (0, 0),
                 RobotOrder::Go(cell) => (1, cell.number()),
@@ -64,6 +64,6 @@ impl Check {
                 return Err(ConvertError::Alternative { at: self.at_entry("orders", index), found, allowed });
             }
         };
-        Ok((robot, NumberedOrder { number: wire.numbers[index], order }))
+        Ok((robot, NumberedOrder { number: wire.numbers[index], value: order }))
     }
 }

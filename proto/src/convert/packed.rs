@@ -343,6 +343,31 @@ impl Packed for wire::Orders {
     }
 }
 
+impl Packed for wire::Zones {
+    fn write(&self, to: &mut Writer, _: Map) {
+        to.number(self.robot);
+        to.number(self.time_ns);
+        readings::write_cells(to, &self.firsts);
+        for ((&count, &number), &zone) in self.counts.iter().zip(&self.numbers).zip(&self.zones) {
+            to.number(count);
+            to.number(number);
+            to.byte(zone);
+        }
+    }
+
+    fn read(from: &mut Reader<'_>, grid: Grid) -> Result<Self, PackedError> {
+        let (robot, time_ns) = (from.number()?, from.number()?);
+        let firsts = readings::read_cells(from, grid.cell_count())?;
+        let empty = Self { version: wire::VERSION, robot, time_ns, ..Self::default() };
+        firsts.iter().try_fold(Self { firsts: firsts.clone(), ..empty }, |mut zones, _| {
+            zones.counts.push(from.number()?);
+            zones.numbers.push(from.number()?);
+            zones.zones.push(from.byte()?);
+            Ok(zones)
+        })
+    }
+}
+
 fn write_list<T: Packed>(to: &mut Writer, map: Map, list: &[T]) {
     to.length(list.len());
     for element in list {

@@ -231,6 +231,7 @@ const fn kind_number(kind: MessageKind) -> u8 {
         MessageKind::MissionStatus => 5,
         MessageKind::Verdicts => 6,
         MessageKind::Orders => 7,
+        MessageKind::Zones => 8,
     }
 }
 

@@ -136,7 +136,7 @@ fn a_heartbeat_out_of_range_is_rejected_by_field() {
             &format!("dragnet_msgs/msg/Heartbeat .. {expected}"),
         );
     };
-    check(|wire| wire.activity = 10, "activity .. 10 .. 0 searching .. 9 holding");
+    check(|wire| wire.activity = 11, "activity .. 11 .. 0 searching .. 10 leaving");
     check(|wire| wire.directive.order = 3, "directive.order .. 3 .. 0 search, 1 pause, 2 return");
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters .. inf .. from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot .. 8 .. 7");
@@ -264,6 +264,34 @@ fn orders_to_single_robots_are_rejected_by_field() {
     check(|it| it.robots[0] = 0, "robots[0] .. 0 .. from 1");
     check(|it| it.numbers.truncate(1), "numbers .. 1 .. 2 .. `robots`");
     check(|it| it.orders[0] = 4, "orders[0] .. 4 .. 3 pause");
+    check(|it| it.version = 9, "version .. 9 .. 4");
+}
+
+#[test]
+fn zones_are_rejected_by_field() {
+    let good = wire::Zones {
+        version: wire::VERSION,
+        robot: 0,
+        time_ns: 3,
+        firsts: vec![1, 4],
+        counts: vec![2, 1],
+        numbers: vec![5, 6],
+        zones: vec![1, 2],
+    };
+    let read = Codec::new(grid()).decode(MessageKind::Zones, &cdr::encode(&good)).unwrap();
+    assert!(check_sender(&read, Participant::Coordinator).is_ok());
+    assert!(check_sender(&read, Participant::Robot(RobotId::FIRST)).is_err());
+    let check = |change: fn(&mut wire::Zones), expected: &str| {
+        let mut wire = good.clone();
+        change(&mut wire);
+        let expected = format!("dragnet_msgs/msg/Zones .. {expected}");
+        assert_mentions(&refusal(MessageKind::Zones, &wire), &expected);
+    };
+    check(|it| it.firsts[1] = 2, "firsts[1] .. 2 .. 3 .. ascending");
+    check(|it| it.counts[1] = 3, "counts[1] .. 6 .. 0 to 5");
+    check(|it| it.counts[1] = 0, "counts[1] .. 0 .. at least 1");
+    check(|it| it.numbers.truncate(1), "numbers .. 1 .. 2 .. `firsts`");
+    check(|it| it.zones[1] = 3, "zones[1] .. 3 .. 2 no-go");
     check(|it| it.version = 9, "version .. 9 .. 4");
 }
 

@@ -35,6 +35,7 @@ ros_messages! {
     Directive,
     Verdicts,
     Orders,
+    Zones,
     Step,
     StepReply,
     Sensed,

@@ -19,6 +19,8 @@ pub enum Selection {
     Verdicts,
     /// The operator's orders to single robots as all robots and the coordinator know them.
     Orders,
+    /// The operator's zones as all robots and the coordinator know them.
+    Zones,
     /// Liveliness tokens of all robots and the coordinator.
     Alive,
     /// Requests addressed to a participant.
@@ -41,6 +43,7 @@ impl fmt::Display for Selection {
             Self::Heartbeats => formatter.write_str("robots/*/heartbeat"),
             Self::Verdicts => formatter.write_str("**/verdicts"),
             Self::Orders => formatter.write_str("**/orders"),
+            Self::Zones => formatter.write_str("**/zones"),
             Self::Alive => formatter.write_str("**/alive/*/*"),
             Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
             Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),

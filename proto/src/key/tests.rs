@@ -29,6 +29,7 @@ fn topics() -> impl Strategy<Value = Topic> {
         Just(Topic::ByHand),
         participants().prop_map(Topic::Verdicts),
         participants().prop_map(Topic::Orders),
+        participants().prop_map(Topic::Zones),
         participants().prop_map(Topic::SimStep),
         robots().prop_map(Topic::SimSensed),
     ]
@@ -43,7 +44,7 @@ proptest! {
 
     #[test]
     fn a_text_that_is_a_key_is_the_only_one_of_it(
-        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|verdicts|orders|alive|sync_reply|step|coordinator)){0,4}",
+        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|verdicts|orders|zones|alive|sync_reply|step|coordinator)){0,4}",
     ) {
         if let Ok(key) = text.parse::<Key>() {
             prop_assert_eq!(key.to_string(), text);
@@ -89,7 +90,9 @@ fn keys_are_spelled_as_documented() {
     check(Topic::Verdicts(Participant::Coordinator), "coordinator/verdicts");
     check(Topic::Verdicts(three), "robots/3/verdicts");
     check(Topic::Orders(Participant::Coordinator), "coordinator/orders");
+    check(Topic::Zones(Participant::Coordinator), "coordinator/zones");
     check(Topic::Orders(three), "robots/3/orders");
+    check(Topic::Zones(three), "robots/3/zones");
     check(Topic::SimStep(Participant::Coordinator), "sim/step/coordinator");
     check(Topic::SimStep(three), "sim/step/3");
     check(Topic::SimSensed(robot), "sim/sensed/12");
@@ -163,6 +166,8 @@ fn a_selection_matches_its_keys_and_no_others() {
         Topic::Verdicts(coordinator),
         Topic::Orders(three),
         Topic::Orders(coordinator),
+        Topic::Zones(three),
+        Topic::Zones(coordinator),
     ];
     let check = |selection, expected: &[Topic]| {
         let expression = mission().expression(selection);
@@ -179,6 +184,7 @@ fn a_selection_matches_its_keys_and_no_others() {
     check(Selection::Alive, &topics[3..5]);
     check(Selection::Verdicts, &topics[12..14]);
     check(Selection::Orders, &topics[14..16]);
+    check(Selection::Zones, &topics[16..18]);
     check(Selection::SyncRequestsTo(three), &topics[5..7]);
     check(Selection::SyncRequestsTo(coordinator), &topics[7..8]);
     check(Selection::SyncRepliesTo(three), &topics[8..9]);

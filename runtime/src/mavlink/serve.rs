@@ -72,12 +72,12 @@ pub(crate) async fn serve(
                 // An error is of a datagram that was sent to nobody.
                 Err(_) => Vec::new(),
             },
-            route = outputs.routes.recv() => {
-                let Some(route) = route else { break };
-                service.vehicle.follow(now(clock), route)
+            event = outputs.events.recv() => {
+                let Some(event) = event else { break };
+                service.vehicle.heed(now(clock), event)
             }
             _ = tick.tick() => service.vehicle.tick(now(clock)),
-            // An agent that is gone ends by its routes.
+            // An agent that is gone ends by its events.
             Ok(()) = outputs.beliefs.changed() => {
                 let belief = outputs.beliefs.borrow_and_update().clone();
                 service.vehicle.believe(now(clock), &belief)

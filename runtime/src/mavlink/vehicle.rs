@@ -128,9 +128,9 @@ impl Vehicle {
         }
     }
 
-    /// The agent has a new route.
-    pub(crate) fn follow(&mut self, now: Now, route: Vec<Cell>) -> Vec<Effect> {
-        self.run(now, Step::Pilot(PilotEvent::Route(route)))
+    /// The agent has a new route, or knows of other closed cells.
+    pub(crate) fn heed(&mut self, now: Now, event: PilotEvent) -> Vec<Effect> {
+        self.run(now, Step::Pilot(event))
     }
 
     /// The team's belief has changed.

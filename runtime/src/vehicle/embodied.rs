@@ -1,5 +1,6 @@
-//! An agent that passes its routes and its belief to its vehicle.
+//! An agent that passes its routes, the cells that are closed, and its belief to its vehicle.
 
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
+use dragnet_vehicle::pilot::Event as PilotEvent;
 use tokio::sync::{mpsc, watch};
 
 use super::SHOW;
@@ -17,14 +19,16 @@ use super::SHOW;
 /// An agent's outputs for its vehicle.
 #[derive(Debug)]
 pub struct AgentOutputs {
-    pub(crate) routes: mpsc::UnboundedReceiver<Vec<Cell>>,
+    /// Routes and closed cells.
+    pub(crate) events: mpsc::UnboundedReceiver<PilotEvent>,
     pub(crate) beliefs: watch::Receiver<Arc<Belief>>,
 }
 
 /// An agent with the channels to its vehicle.
 pub struct Embodied {
     agent: Agent,
-    routes: mpsc::UnboundedSender<Vec<Cell>>,
+    events: mpsc::UnboundedSender<PilotEvent>,
+    closed: BTreeSet<Cell>,
     beliefs: watch::Sender<Arc<Belief>>,
     shown: MissionTime,
 }
@@ -33,10 +37,10 @@ impl Embodied {
     /// Wraps an agent that has restored its stored state.
     #[must_use]
     pub fn new(agent: Agent) -> (Self, AgentOutputs) {
-        let (routes, received) = mpsc::unbounded_channel();
+        let (events, received) = mpsc::unbounded_channel();
         let (beliefs, watched) = watch::channel(Arc::new(agent.belief().clone()));
-        let agent_config = AgentOutputs { routes: received, beliefs: watched };
-        (Self { agent, routes, beliefs, shown: MissionTime::START }, agent_config)
+        let agent_config = AgentOutputs { events: received, beliefs: watched };
+        (Self { agent, events, closed: BTreeSet::new(), beliefs, shown: MissionTime::START }, agent_config)
     }
 }
 
@@ -47,9 +51,14 @@ impl StateMachine for Embodied {
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
         let effects = self.agent.handle(now, event)?;
+        // Without a vehicle the robot is about to stop.
+        let closed: BTreeSet<Cell> = self.agent.closed().collect();
+        if closed != self.closed {
+            self.closed.clone_from(&closed);
+            let _ = self.events.send(PilotEvent::Closed(closed));
+        }
         if let Some(route) = &effects.route {
-            // Without a vehicle the robot is about to stop.
-            let _ = self.routes.send(route.clone());
+            let _ = self.events.send(PilotEvent::Route(route.clone()));
         }
         // Copying a belief costs time proportional to the map, and messages are many.
         if now >= self.shown + SHOW {

@@ -47,9 +47,9 @@ pub(crate) async fn serve(
         let effects = tokio::select! {
             (topic, received) = node.receive_on() => vehicle.receive(now(clock), &topic, received),
             seen = eyes.see() => vehicle.see(now(clock), seen),
-            route = outputs.routes.recv() => {
-                let Some(route) = route else { break };
-                vehicle.follow(now(clock), route)
+            event = outputs.events.recv() => {
+                let Some(event) = event else { break };
+                vehicle.heed(now(clock), event)
             }
             _ = tick.tick() => vehicle.tick(now(clock)),
             _ = show.tick() => {

@@ -87,7 +87,7 @@ fn set_out(vehicle: &mut Vehicle, scenario: &Scenario) -> Reported {
     stand(vehicle, 0, 10.0);
     let grid = scenario.terrain().grid();
     let route = [1, 2].map(|column| grid.cell(Position { row: 0, column }).unwrap()).to_vec();
-    reported(&vehicle.follow(Now { mission: MissionTime::START, unix_ns: 0 }, route))
+    reported(&vehicle.heed(Now { mission: MissionTime::START, unix_ns: 0 }, Event::Route(route)))
 }
 
 fn way(from: i64, to: i64) -> Reported {

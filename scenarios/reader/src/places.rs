@@ -1,5 +1,7 @@
 //! Where cells are, as people read it.
 
+use std::collections::BTreeSet;
+
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::terrain::Terrain;
 
@@ -45,6 +47,20 @@ impl Places {
     pub fn on_earth(&self, cell: Cell) -> String {
         let center = self.center(cell).map_or_else(String::new, |center| format!(" at {center}"));
         format!("{}{center}", self.cell(cell))
+    }
+
+    /// Some cells, at least one, by their number and the one in the middle.
+    #[must_use]
+    pub fn some(&self, cells: &BTreeSet<Cell>) -> String {
+        let positions = || cells.iter().map(|&cell| self.grid.position(cell));
+        let middle = |of: fn(Position) -> u32| {
+            let ends = positions().map(of).fold((u32::MAX, 0), |(low, high), at| (low.min(at), high.max(at)));
+            ends.0.midpoint(ends.1)
+        };
+        let middle = Position { row: middle(|at| at.row), column: middle(|at| at.column) };
+        let count = cells.len();
+        let place = self.grid.cell(middle).map_or_else(String::new, |cell| self.on_earth(cell));
+        if count == 1 { format!("cell {place}") } else { format!("{count} cells around {place}") }
     }
 
     /// Where on the earth a cell's center is, if that is known.

@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use dragnet_proto::command::Command;
 use dragnet_proto::directive::TeamOrder;
-use dragnet_proto::message::{Activity, Message};
+use dragnet_proto::message::{Activity, Message, ZoneReport};
 use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::state_machine::{Effects, Event};
 use dragnet_proto::verdict::Verdicts;
+use dragnet_proto::zones::Zone;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -33,6 +34,8 @@ pub(super) struct Checks<'a> {
     patience: Duration,
     /// How many times as long as planned the slowest robot takes.
     slowest: f64,
+    /// Whether the operator has zones: plans may change in the middle of a move, and bases be closed.
+    has_zones: bool,
     /// Whether robots may drive home after their budget has ended.
     may_come_late: bool,
     /// Robots that have to be at their bases at the end.
@@ -66,13 +69,16 @@ impl<'a> Checks<'a> {
         let speeds = scenario.robots().iter().map(|robot| robot.class.speed_meters_per_second);
         let step = std::f64::consts::SQRT_2 * terrain.cell_meters() / speeds.fold(f64::INFINITY, f64::min);
         let team = u32::try_from(scenario.robots().len()).unwrap_or(u32::MAX);
+        let has_zones = faults.commands.iter().any(|(_, command)| matches!(command, Command::Zone(..)));
         Self {
             scenario,
+            has_zones,
             patience: Duration::from_secs_f64(step * slowest)
                 + mission.stagger * team
                 + 2 * mission.heartbeat,
             slowest,
-            may_come_late: scenario.mission().return_reserve.is_some()
+            may_come_late: has_zones
+                || scenario.mission().return_reserve.is_some()
                 || faults.commands.iter().any(|(_, command)| {
                     matches!(
                         command,
@@ -184,9 +190,10 @@ impl<'a> Checks<'a> {
         }
         let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
         let (sleep, patience) = (2 * self.scenario.mission().heartbeat, self.patience);
+        let has_zones = self.has_zones;
         let shadow = self.shadow(participant, now);
-        // A robot that is called back, or sent elsewhere, in the middle of a move begins another.
-        let is_sent = effects.activity == Activity::Sent && effects.route.is_some();
+        // A robot that is called back, sent elsewhere or kept out in the middle of a move begins another.
+        let is_sent = (has_zones || effects.activity == Activity::Sent) && effects.route.is_some();
         let has_changed =
             std::mem::replace(&mut shadow.activity, effects.activity) != effects.activity || is_sent;
         if has_changed || !effects.activity.is_under_way() {
@@ -240,6 +247,18 @@ impl<'a> Checks<'a> {
                     }
                     shadow.declared = declared;
                 }
+                Message::Zones(ZoneReport { zones, .. }) => {
+                    let mut plans = effects.published.iter().filter_map(|(_, message)| match message {
+                        Message::Heartbeat(beat) if beat.activity != Activity::Leaving => {
+                            Some(&beat.intent.path)
+                        }
+                        _ => None,
+                    });
+                    let is_closed = |cell: &Cell| zones.of(*cell) == Some(Zone::NoGo);
+                    if plans.any(|path| path.iter().any(is_closed)) {
+                        return broken("it plans to enter a no-go zone that it knows".to_owned());
+                    }
+                }
                 _ => {}
             }
         }
@@ -287,9 +306,10 @@ impl<'a> Checks<'a> {
     }
 }
 
-/// Robots that are to return to their bases, neither break down nor forget them, and are not held by the operator.
+/// Robots that are to return to their bases, which stay open, neither break down nor forget them, and are not held by the operator.
 fn returning(scenario: &Scenario, faults: &Faults) -> Vec<RobotId> {
-    if scenario.mission().return_reserve.is_none() {
+    let is_closed = |command: &Command| matches!(command, Command::Zone(Zone::NoGo, _));
+    if scenario.mission().return_reserve.is_none() || faults.commands.iter().any(|(_, it)| is_closed(it)) {
         return Vec::new();
     }
     let returns = |robot: &RobotId| {

@@ -9,10 +9,11 @@ use dragnet_proto::command::{Command, Mark};
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
+use dragnet_proto::zones::Zone;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Scenario, ScenarioError};
-use dragnet_search::cell::{Cell, Grid};
+use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::generated::Generated;
 use dragnet_search::observation::RobotId;
 use dragnet_search::policy::PolicyName;
@@ -42,6 +43,7 @@ pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
     faults.commands = draw.commands(scenario.terrain().grid());
     faults.commands.extend(call_back(seed, budget));
     faults.commands.extend(order_robots(seed, robots, scenario.terrain().grid(), budget));
+    faults.commands.extend(zones(seed, scenario.terrain().grid(), budget));
     Ok((scenario, faults))
 }
 
@@ -141,6 +143,28 @@ fn order_robots(seed: u64, robots: u16, grid: Grid, budget: u64) -> Vec<(Mission
         Some((at, Command::Robot(robot, order)))
     };
     (0..count).filter_map(order).collect()
+}
+
+/// In every third search the operator closes, skips and opens rectangles.
+fn zones(seed: u64, grid: Grid, budget: u64) -> Vec<(MissionTime, Command)> {
+    let mut random = stream(seed, Purpose::Soak, 5);
+    if !random.random_ratio(1, 3) {
+        return Vec::new();
+    }
+    let side = |random: &mut Stream, length: u32| {
+        let first = random.random_range(0..length);
+        first..(first + random.random_range(1..=length / 2)).min(length)
+    };
+    let zone = |_| {
+        let at = MissionTime::START + Duration::from_secs_f64(interval(&mut random, budget).1);
+        let rows = side(&mut random, grid.rows());
+        let columns = side(&mut random, grid.columns());
+        let places = rows.flat_map(|row| columns.clone().map(move |column| Position { row, column }));
+        // Half of them are no-go zones.
+        let zone = [Zone::NoGo, Zone::NoGo, Zone::Skip, Zone::Open][random.random_range(0..4_usize)];
+        (at, Command::Zone(zone, places.filter_map(|place| grid.cell(place)).collect()))
+    };
+    (0..stream(seed, Purpose::Soak, 6).random_range(1..=4)).map(zone).collect()
 }
 
 /// An interval of a mission, seconds.

@@ -81,6 +81,7 @@ impl Narrator {
                 let goes = match activity {
                     Some(Activity::Returning) => "returns to its base at",
                     Some(Activity::Sent) => "is sent to",
+                    Some(Activity::Leaving) => "leaves a no-go zone, to",
                     _ => "goes to",
                 };
                 format!("{goes} {}, {}", self.places.cell(waypoint), counted(route.len(), "cell"))
@@ -145,7 +146,7 @@ mod tests {
         let told = |activity| narrator.plan(&[], activity);
         assert_eq!(told(Some(Activity::Cleared)), "rests: too little is left for it to find");
         assert_eq!(told(Some(Activity::Paused)), "pauses: the operator has paused it");
-        assert_eq!(told(Some(Activity::Holding)), "holds: the operator has sent it there");
+        assert_eq!(told(Some(Activity::Holding)), "holds: it waits for the operator's next order");
         assert_eq!(told(Some(Activity::Waiting)), "waits: its teammates plan to observe all that is left");
         assert_eq!(told(None), "stays");
     }

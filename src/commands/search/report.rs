@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use dragnet_coordinator::finds::{self, FindCounts, of_subject};
 use dragnet_proto::message::Detection;
+use dragnet_proto::zones::Zone;
 use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::{Cell, Position};
@@ -40,6 +41,9 @@ pub(super) struct Report {
     confirmed: usize,
     /// Finds that the operator has dismissed and that are not declared any more.
     dismissed: usize,
+    /// Cells that the operator has closed, and those that are skipped.
+    no_go_cells: usize,
+    skipped_cells: usize,
     /// This and the next three are undefined without an object in reach.
     recall: Option<f64>,
     precision: Option<f64>,
@@ -142,6 +146,8 @@ impl Report {
             declared: declared(scenario, &ended.episode),
             confirmed,
             dismissed,
+            no_go_cells: ended.episode.zones.cells(Zone::NoGo).count(),
+            skipped_cells: ended.episode.zones.cells(Zone::Skip).count(),
             recall: if_defined(score.recall()),
             precision: if_defined(score.precision()),
             f1: if_defined(score.f1()),
@@ -217,7 +223,7 @@ impl Report {
         format!(
             "{finds}searched      {mission_time_s:.1} s, {tail}; {}\n\
              left          {}\n\
-             {}\
+             {}{}\
              quality       {}\n\
              decisions     {}\n\
              observations  {} sent{merged}\n\
@@ -226,12 +232,24 @@ impl Report {
              {partial}{recording}",
             self.distance(),
             self.left(scenario),
+            self.by_order(),
             subject,
             self.quality(scenario),
             self.decisions(),
             self.observations_sent,
             self.messages(),
             self.belief_digest,
+        )
+    }
+
+    /// Where the operator kept robots from searching, as a line.
+    fn by_order(&self) -> String {
+        let Self { no_go_cells, skipped_cells, .. } = self;
+        if no_go_cells + skipped_cells == 0 {
+            return String::new();
+        }
+        format!(
+            "by order      {no_go_cells} cells no-go, {skipped_cells} skipped: what may be there counts as left\n"
         )
     }
 

@@ -37,5 +37,6 @@ const fn name(kind: MessageKind) -> &'static str {
         MessageKind::MissionStatus => "mission_status",
         MessageKind::Verdicts => "verdicts",
         MessageKind::Orders => "orders",
+        MessageKind::Zones => "zones",
     }
 }

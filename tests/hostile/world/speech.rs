@@ -7,8 +7,10 @@ use dragnet_proto::convert;
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{
     Activity, Heartbeat, Intent, Message, MessageKind, OrderReport, SyncReply, SyncRequest, VerdictReport,
+    ZoneReport,
 };
 use dragnet_proto::verdict::Decision;
+use dragnet_proto::zones::Zone;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
@@ -45,6 +47,7 @@ impl World {
             }
             MessageKind::Verdicts => (robot, Message::Verdicts(self.verdicts(robot))),
             MessageKind::Orders => (robot, Message::Orders(self.orders(robot))),
+            MessageKind::Zones => (robot, Message::Zones(self.zones(robot))),
         };
         Said { from, kind, bytes: convert::encode(&message) }
     }
@@ -143,8 +146,16 @@ impl World {
         let (order, mate) = (self.any_order(), self.mates.choose(&mut self.random).unwrap().0);
         let mission = self.node.mission();
         let mut orders = mission.orders().clone();
-        orders.give(self.now.0, mate, order, mission.directive());
+        orders.order(self.now.0, mate, order, mission.directive());
         OrderReport { from, time_ns: self.now.0, orders }
+    }
+
+    /// The coordinator's zones; mostly another one has more.
+    fn zones(&mut self, from: Participant) -> ZoneReport {
+        let (cell, zone) = (self.any_cell(), *Zone::ALL.choose(&mut self.random).unwrap());
+        let mut zones = self.node.mission().zones().clone();
+        zones.give(self.now.0, cell, zone);
+        ZoneReport { from, time_ns: self.now.0, zones }
     }
 
     /// Of a few origins, some of which are claimed to have more observations.

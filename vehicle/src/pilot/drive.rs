@@ -3,7 +3,10 @@
 //! A lattice plan is the cheapest path, and ground beside the run's cells costs several times as much: so the vehicle
 //! enters the cells that the agent expects, and leaves them where an obstacle is in the way.
 
+use std::collections::BTreeSet;
+
 use dragnet_search::cell::{Cell, Position};
+use dragnet_search::terrain::Terrain;
 
 use super::{Action, PilotError};
 use crate::settings::{Motion, Source};
@@ -18,6 +21,8 @@ use dragnet_lattice::planner::Planner;
 const TOLERANCES: [f64; 3] = [0.0, 0.2, 0.45];
 /// Cost factor of ground beside the run.
 const BESIDE: u8 = 4;
+/// The cost of the dearest ground that can be driven on.
+const DEAREST: u8 = LETHAL - 1;
 /// A plan that fails after so few expansions has not left the start.
 const BOXED_IN_EXPANSIONS: u64 = 500;
 
@@ -49,10 +54,10 @@ pub(super) struct Goal {
     pub(super) corridor: Corridor,
 }
 
-/// Cells of a run.
-#[derive(Clone, Debug, PartialEq)]
+/// Cells, as of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Corridor {
-    /// Meters east and north; at least one.
+    /// Meters east and north; of a run at least one.
     pub(super) middles: Vec<(f64, f64)>,
     /// Their edge, meters.
     pub(super) cell_meters: f64,
@@ -77,8 +82,12 @@ pub(super) enum Driver {
 pub(super) struct Lattice {
     source: Source,
     footprint: Footprint,
-    /// On a map on which all ground that is free costs [`BESIDE`] more.
+    /// On a map on which all ground that is free costs [`BESIDE`] more, and closed ground the most.
     planner: Planner,
+    /// What that ground costs by itself.
+    map: CostMap,
+    /// Ground that the operator has closed.
+    closed: Corridor,
     max_expansions: u64,
     replan_beyond_meters: f64,
     /// The current path.
@@ -91,7 +100,9 @@ impl Driver {
             return Ok(Self::Goal(None));
         };
         Ok(Self::Lattice(Box::new(Lattice {
-            planner: planner(source, footprint, map)?,
+            planner: planner(source, footprint, map, &Corridor::default())?,
+            map: map.clone(),
+            closed: Corridor::default(),
             source: source.clone(),
             footprint: footprint.clone(),
             max_expansions: *max_expansions,
@@ -103,9 +114,24 @@ impl Driver {
     /// A new map, of any size; generated motion primitives fit any resolution.
     pub(super) fn set_map(&mut self, map: &CostMap) -> Result<(), PilotError> {
         if let Self::Lattice(lattice) = self {
-            lattice.planner = planner(&lattice.source, &lattice.footprint, map)?;
+            lattice.planner = planner(&lattice.source, &lattice.footprint, map, &lattice.closed)?;
+            lattice.map = map.clone();
         }
         Ok(())
+    }
+
+    /// Cells that the operator has closed, instead of those before. A navigation stack does not know of them.
+    pub(super) fn close(&mut self, terrain: &Terrain, cells: &BTreeSet<Cell>) {
+        let Self::Lattice(lattice) = self else { return };
+        lattice.closed = Corridor {
+            middles: cells.iter().map(|&cell| terrain.center_meters(cell)).collect(),
+            cell_meters: terrain.cell_meters(),
+        };
+        let Lattice { source, footprint, map, closed, .. } = &**lattice;
+        // It was made of the same parts before.
+        if let Ok(planner) = planner(source, footprint, map, closed) {
+            lattice.planner = planner;
+        }
     }
 
     /// The path to the end of a run.
@@ -242,13 +268,23 @@ fn beside(pose: &Pose, resolution_meters: f64) -> Vec<Pose> {
     ]
 }
 
-fn planner(source: &Source, footprint: &Footprint, map: &CostMap) -> Result<Planner, PilotError> {
+/// Closed ground is not lethal: a vehicle that stands there has to leave.
+fn planner(
+    source: &Source,
+    footprint: &Footprint,
+    map: &CostMap,
+    closed: &Corridor,
+) -> Result<Planner, PilotError> {
     let set = source.primitives(map.resolution_meters())?;
     let dearer = map
         .costs()
         .iter()
-        .map(|&cost| if cost < LETHAL { cost.min(LETHAL - 1 - BESIDE) + BESIDE } else { cost });
-    let map = CostMap::new(map.grid(), map.resolution_meters(), map.origin_meters(), dearer.collect())
+        .map(|&cost| if cost < LETHAL { cost.min(DEAREST - BESIDE) + BESIDE } else { cost });
+    let mut costs: Vec<u8> = dearer.collect();
+    for square in squares(map, closed) {
+        costs[square.index()] = costs[square.index()].max(DEAREST);
+    }
+    let map = CostMap::new(map.grid(), map.resolution_meters(), map.origin_meters(), costs)
         .map_err(dragnet_lattice::plan::PlannerError::from)?;
     Ok(Planner::new(set, footprint, map)?)
 }

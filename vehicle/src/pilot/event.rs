@@ -23,6 +23,8 @@ pub enum Event {
     Map(CostMap),
     /// The agent's route: cells to enter, in order. Empty: stay.
     Route(Vec<Cell>),
+    /// The cells that the operator has closed: paths avoid them wherever they can.
+    Closed(BTreeSet<Cell>),
     /// All cells in which the team has declared objects: an object on a border is declared in one cell only.
     Declared(BTreeSet<Cell>),
     /// Progress of a navigation stack with the last [`Action::Go`].

@@ -131,7 +131,7 @@ fn routes_become_targets_and_positions_become_observations() {
         .collect();
     assert_eq!(sensed, [cell(0, 0)]);
     assert!(targets(&vehicle, &effects).is_empty(), "nothing is wished yet");
-    let effects = vehicle.follow(now(102.0), vec![cell(1, 0), cell(2, 0), cell(2, 1)]);
+    let effects = vehicle.heed(now(102.0), PilotEvent::Route(vec![cell(1, 0), cell(2, 0), cell(2, 1)]));
     assert_eq!(targets(&vehicle, &effects), [[10, 50]]);
     let effects = fly(&mut vehicle, 104.0, [10.0, 48.0], 20.0, 0.0);
     assert_eq!(targets(&vehicle, &effects).last(), Some(&[30, 50]), "{}", told(&effects));

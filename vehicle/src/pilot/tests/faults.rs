@@ -7,6 +7,7 @@ use crate::settings::{FaultResponse, OnFault};
 use dragnet_lattice::costmap::LETHAL;
 use dragnet_lattice::maneuvers::{Headings, Maneuvers};
 use dragnet_lattice::mprim;
+use std::collections::BTreeSet;
 
 const ROUTE: [(u32, u32); 5] = [(2, 3), (2, 4), (2, 5), (2, 6), (2, 7)];
 
@@ -314,6 +315,37 @@ fn frames_wait_for_their_pose_and_unknown_cameras_are_reported() {
     assert!(drive.pilot.tracks().is_empty(), "the other cameras may tell of that time yet");
     (0..5).for_each(|_| drop(drive.step_with(|_, _| None)));
     assert_eq!(drive.pilot.tracks().len(), 1, "the pose before and the one after tell where that was");
+}
+
+/// Cells that the path to the end of a straight run enters, around an obstacle in the middle of it.
+fn entered_with_closed(closed: &[(u32, u32)]) -> BTreeSet<Cell> {
+    let mut drive = Drive::new(&settings());
+    drive.step();
+    let mut map = CostMap::from_terrain(scenario().terrain(), 8).unwrap();
+    let grid = map.grid();
+    for cell in grid.cells() {
+        let Position { row, column } = grid.position(cell);
+        if (16..24).contains(&row) && (32..40).contains(&column) {
+            map.set(cell, LETHAL).unwrap();
+        }
+    }
+    drive.tell(Event::Map(map));
+    drive.tell(Event::Closed(cells(closed).into_iter().collect()));
+    let actions = drive.go(&[(2, 3), (2, 4), (2, 5), (2, 6)]);
+    let plan = actions.iter().find_map(|it| if let Action::Drive(plan) = it { Some(plan) } else { None });
+    let whole = CostMap::from_terrain(scenario().terrain(), 1).unwrap();
+    plan.unwrap().poses.iter().filter_map(|pose| whole.cell_at(pose.x_meters, pose.y_meters)).collect()
+}
+
+#[test]
+fn a_path_around_an_obstacle_avoids_closed_cells() {
+    for row in [1, 3] {
+        let closed: Vec<(u32, u32)> = (0..12).map(|column| (row, column)).collect();
+        let entered = entered_with_closed(&closed);
+        let [south, north] =
+            [1, 3].map(|row| (0..12).any(|column| entered.contains(&cells(&[(row, column)])[0])));
+        assert_eq!([south, north], [row == 3, row == 1], "{entered:?}");
+    }
 }
 
 /// A map on which nothing leads into column 5.

@@ -1,0 +1,58 @@
+//! The operator's zones to the wire and back: their cells travel as runs.
+
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::Source;
+
+use super::check::Check;
+use super::error::ConvertError;
+use crate::dragnet_msgs as wire;
+use crate::message::ZoneReport;
+use crate::newest::Numbered;
+use crate::zones::{Zone, Zones};
+
+impl From<&ZoneReport> for wire::Zones {
+    fn from(report: &ZoneReport) -> Self {
+        let ZoneReport { from, time_ns, zones } = report;
+        let (robot, time_ns) = (Source::from(*from).number(), *time_ns);
+        let mut wire = Self { version: wire::VERSION, robot, time_ns, ..Self::default() };
+        let mut last = None;
+        for (cell, entry) in zones.iter() {
+            match wire.counts.last_mut() {
+                Some(count) if last == Some((cell.number(), entry)) => *count += 1,
+                _ => {
+                    wire.firsts.push(cell.number());
+                    wire.counts.push(1);
+                    wire.numbers.push(entry.number);
+                    wire.zones.push(entry.value.number());
+                }
+            }
+            last = Some((cell.number() + 1, entry));
+        }
+        wire
+    }
+}
+
+impl Check {
+    pub(super) fn zones(self, wire: &wire::Zones) -> Result<ZoneReport, ConvertError> {
+        self.version(wire.version)?;
+        let expected = wire.firsts.len();
+        self.same_length("counts", wire.counts.len(), "firsts", expected)?;
+        self.same_length("numbers", wire.numbers.len(), "firsts", expected)?;
+        self.same_length("zones", wire.zones.len(), "firsts", expected)?;
+        let mut zones: Vec<(Cell, Numbered<Zone>)> = Vec::new();
+        let mut next = 0;
+        for (index, (&first, &count)) in wire.firsts.iter().zip(&wire.counts).enumerate() {
+            let run = self.run(index, next..first, count)?;
+            let found = wire.zones[index];
+            let value = Zone::numbered(found).ok_or_else(|| {
+                let allowed = "0 open, 1 skip, 2 no-go";
+                ConvertError::Alternative { at: self.at_entry("zones", index), found, allowed }
+            })?;
+            let entry = Numbered { number: wire.numbers[index], value };
+            next = *run.end() + 1;
+            zones.extend(run.filter_map(|cell| self.grid.cell_numbered(cell)).map(|cell| (cell, entry)));
+        }
+        let zones: Zones = zones.into_iter().collect();
+        Ok(ZoneReport { from: Source::numbered(wire.robot).into(), time_ns: wire.time_ns, zones })
+    }
+}
