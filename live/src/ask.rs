@@ -7,6 +7,7 @@ use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
 use dragnet_proto::zones::Zone;
 use dragnet_search::cell::{Cell, Position};
+use dragnet_search::observation::RobotId;
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeSet;
@@ -252,22 +253,24 @@ fn order(view: &View, robot: Option<u16>, order: TeamOrder) -> Result<(Command, 
 }
 
 fn to_one(view: &View, number: u16, order: RobotOrder, what: &str) -> Result<(Command, String), AskError> {
+    let robot = of_team(view, number)?;
+    let already = if view.orders().is_given(robot, order) { " already" } else { "" };
+    Ok((Command::Robot(robot, order), format!("Robot {robot} {what}{already}.")))
+}
+
+fn of_team(view: &View, number: u16) -> Result<RobotId, AskError> {
     let team = &view.about().team;
-    let Some(robot) = team.iter().find(|robot| robot.number() == number) else {
-        let [first, last] = [team.first(), team.last()].map(|end| end.map_or(0, |robot| robot.number()));
-        return Err(AskError::Robot { robot: number, first, last });
-    };
-    let already = if view.orders().is_given(*robot, order) { " already" } else { "" };
-    Ok((Command::Robot(*robot, order), format!("Robot {robot} {what}{already}.")))
+    let [first, last] = [team.first(), team.last()].map(|end| end.map_or(0, |robot| robot.number()));
+    let robot = team.iter().copied().find(|robot| robot.number() == number);
+    robot.ok_or(AskError::Robot { robot: number, first, last })
 }
 
 /// Robots that fly may be sent anywhere; others where robots can drive, and a way leads from where they are.
 fn go(view: &View, number: u16, at: Position) -> Result<(Command, String), AskError> {
+    let robot = of_team(view, number)?;
     let (cell, Position { row, column }) = (cell_at(view, at)?, at);
-    let found = view.robots().find(|(robot, ..)| robot.number() == number);
-    let robot = found.as_ref().map(|(robot, ..)| *robot);
-    let sight = robot.and_then(|robot| view.about().sights.get(robot.index()));
-    let flies = sight.is_some_and(|sight| sight.flies());
+    let found = view.robots().find(|(known, ..)| *known == robot);
+    let flies = view.about().sights.get(robot.index()).is_some_and(|sight| sight.flies());
     let zones = view.fold().zones();
     if zones.of(cell) == Some(Zone::NoGo) {
         return Err(AskError::Closed { row, column });
@@ -293,7 +296,7 @@ fn go(view: &View, number: u16, at: Position) -> Result<(Command, String), AskEr
         }
     }
     let sent = format!("is sent to cell [{row}, {column}]");
-    let is_new = robot.is_none_or(|robot| !view.orders().is_given(robot, RobotOrder::Go(cell)));
+    let is_new = !view.orders().is_given(robot, RobotOrder::Go(cell));
     let how = if is_new { ", as far as its budget leaves the way home, and stays there" } else { "" };
     to_one(view, number, RobotOrder::Go(cell), &format!("{sent}{how}"))
 }

@@ -14,6 +14,9 @@ pub enum PolygonError {
     /// Too few corners, or too many.
     #[error("{0} corners; allowed are 3 to {MOST_CORNERS}")]
     Corners(usize),
+    /// No area.
+    #[error("all corners are on one line, so that nothing is inside")]
+    Flat,
     /// A corner off the map.
     #[error(
         "corner {index} is at {east} east, {north} north; allowed is up to {columns} east and {rows} north, cells"
@@ -47,6 +50,9 @@ pub fn cells_within(grid: Grid, corners: &[Corner]) -> Result<Vec<Cell>, Polygon
             return Err(PolygonError::Place { index, east, north, columns, rows });
         }
     }
+    if is_flat(corners) {
+        return Err(PolygonError::Flat);
+    }
     let bounds = |axis: usize| {
         let values = || corners.iter().map(move |corner| corner[axis]);
         values().fold(f64::INFINITY, f64::min)..=values().fold(0.0, f64::max)
@@ -61,6 +67,18 @@ pub fn cells_within(grid: Grid, corners: &[Corner]) -> Result<Vec<Cell>, Polygon
 }
 
 /// Whether a ray to the east crosses the outline an odd number of times, or the point lies on it.
+/// Whether all corners are on one line.
+fn is_flat(corners: &[Corner]) -> bool {
+    let first = corners[0];
+    let from_first = |corner: &Corner| [corner[0] - first[0], corner[1] - first[1]];
+    let length = |[east, north]: &[f64; 2]| east.hypot(*north);
+    let Some(along) = corners.iter().map(from_first).max_by(|a, b| length(a).total_cmp(&length(b))) else {
+        return true;
+    };
+    let away = |to: [f64; 2]| (along[0] * to[1] - along[1] * to[0]).abs();
+    corners.iter().map(from_first).all(|to| away(to) <= 1e-9 * length(&along))
+}
+
 fn surrounds(corners: &[Corner], point: Corner) -> bool {
     let mut is_inside = false;
     for (&a, &b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
@@ -131,6 +149,9 @@ mod tests {
             &refused(&[[0.0, 0.0], [5.5, 1.0], [1.0, 1.0]]),
             "corner 2 .. 5.5 east .. 5 east and 4 north",
         );
+        for flat in [[[1.0, 1.0]; 3], [[0.0, 0.0], [4.0, 3.2], [2.0, 1.6]]] {
+            assert_eq!(refused(&flat), "all corners are on one line, so that nothing is inside");
+        }
         assert!(refused(&[[0.0, 0.0], [f64::NAN, 1.0], [1.0, 1.0]]).contains("corner 2"));
     }
 }

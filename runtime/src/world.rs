@@ -31,6 +31,9 @@ use crate::wall_clock::Report;
 
 /// Time limit for robots: at the start to join, at the end to agree.
 const PATIENCE: Duration = Duration::from_mins(1);
+/// Time for which robots at rest that agree on other readings than were sent are given the rest of these: what comes no
+/// more was lost on its way.
+const LOST_AFTER: Duration = Duration::from_secs(10);
 /// Time between two reports of the robots that are waited for.
 const REMINDER: Duration = Duration::from_secs(10);
 
@@ -59,7 +62,7 @@ pub struct WorldServer<'a> {
     /// When each was last sent its readings.
     observed: BTreeMap<RobotId, MissionTime>,
     heartbeat: Duration,
-    /// Whether a robot was away: it may have missed readings.
+    /// Whether a robot was away, or readings were lost: what is found and missed here is by what was sent.
     has_missed: bool,
     arrivals: BTreeMap<RobotId, MissionTime>,
     heartbeats: BTreeMap<RobotId, Heartbeat>,
@@ -184,11 +187,17 @@ impl<'a> WorldServer<'a> {
                 self.outcome.ended = since;
                 self.outcome.digest = self.expected_digest();
                 self.outcome.beliefs_equal = self.are_all_equal(self.outcome.digest);
-                let patience = PATIENCE.mul_f64(self.real_time_factor);
+                let [patience, lost_after] =
+                    [PATIENCE, LOST_AFTER].map(|time| time.mul_f64(self.real_time_factor));
                 if self.outcome.beliefs_equal && !self.robots.is_empty() || now.since(since) >= patience {
                     return Ok(Episode::new(self.world, self.outcome));
                 }
-                self.next(since + patience).await?;
+                let is_waiting_for_readings = !self.has_missed && self.do_robots_agree();
+                if is_waiting_for_readings && now.since(since) >= lost_after {
+                    self.has_missed = true;
+                    continue;
+                }
+                self.next(since + if is_waiting_for_readings { lost_after } else { patience }).await?;
             } else {
                 resting_since = None;
                 self.next(MissionTime(u64::MAX)).await?;
@@ -391,6 +400,10 @@ impl<'a> WorldServer<'a> {
     fn expected_digest(&self) -> Digest {
         let seen = self.heartbeats.values().next().filter(|_| self.has_missed);
         seen.map_or_else(|| self.world.merged().digest(), |heartbeat| heartbeat.digest)
+    }
+
+    fn do_robots_agree(&self) -> bool {
+        self.heartbeats.values().next().is_some_and(|first| self.are_all_equal(first.digest))
     }
 
     fn are_all_equal(&self, digest: Digest) -> bool {

@@ -1,5 +1,8 @@
 import { clock } from "./mission.js";
+import { numbers } from "./orders.js";
 import { element } from "./panel.js";
+const RESTS = new Set(["cleared", "spent", "stuck", "recalled"]);
+const HELD = new Set(["paused", "holding"]);
 export function showStatus(mission, freshness) {
     const isStale = freshness.kind === "stale" || freshness.kind === "closed";
     document.body.classList.toggle("stale", isStale && mission !== undefined);
@@ -11,7 +14,7 @@ export function showStatus(mission, freshness) {
         }
         return;
     }
-    trouble([link(mission, freshness), doubles(mission)].filter(Boolean).join(" "));
+    trouble([link(mission, freshness), doubles(mission), held(mission)].filter(Boolean).join(" "));
     if (freshness.kind === "closed")
         badge("off", "not connected");
     else if (freshness.kind === "stale")
@@ -51,6 +54,15 @@ function doubles(mission) {
         return "";
     const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
     return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
+}
+function held(mission) {
+    const here = (mission.frame?.robots ?? []).filter(({ state }) => state !== "lost" && state !== "awaited");
+    const waits = here.filter(({ state }) => HELD.has(state)).map((robot) => robot.robot);
+    const isOver = waits.length < here.length && here.every(({ state }) => HELD.has(state) || RESTS.has(state));
+    if (mission.isOver || mission.hello.end !== null || waits.length === 0 || !isOver)
+        return "";
+    const [who, they] = waits.length === 1 ? [`robot ${waits[0]}, which is`, "it"] : [`robots ${numbers(waits)}, which are`, "them"];
+    return `The search waits for ${who} held by your order: resume ${they}, or call ${they} back.`;
 }
 function trouble(text) {
     element("alert", HTMLElement).hidden = text === "";

@@ -1,8 +1,13 @@
 // The badge, and what a viewer must know about the link and about robots.
 
 import type { Freshness } from "./fresh.js";
-import { type Mission, clock } from "./mission.js";
+import { type Mission, type State, clock } from "./mission.js";
+import { numbers } from "./orders.js";
 import { element } from "./panel.js";
+
+/** States of robots whose search is over, and of those that the operator keeps from it. */
+const RESTS: ReadonlySet<State> = new Set(["cleared", "spent", "stuck", "recalled"] as const);
+const HELD: ReadonlySet<State> = new Set(["paused", "holding"] as const);
 
 export function showStatus(mission: Mission | undefined, freshness: Freshness): void {
   const isStale = freshness.kind === "stale" || freshness.kind === "closed";
@@ -15,7 +20,7 @@ export function showStatus(mission: Mission | undefined, freshness: Freshness): 
     }
     return;
   }
-  trouble([link(mission, freshness), doubles(mission)].filter(Boolean).join(" "));
+  trouble([link(mission, freshness), doubles(mission), held(mission)].filter(Boolean).join(" "));
   if (freshness.kind === "closed") badge("off", "not connected");
   else if (freshness.kind === "stale") badge("off", "stale");
   else if (mission.hello.end !== null) badge("replay", "recording");
@@ -50,6 +55,16 @@ function doubles(mission: Mission): string {
   if (numbers.length === 0) return "";
   const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
   return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
+}
+
+/** Robots that keep a search open which is over for all others. */
+function held(mission: Mission): string {
+  const here = (mission.frame?.robots ?? []).filter(({ state }) => state !== "lost" && state !== "awaited");
+  const waits = here.filter(({ state }) => HELD.has(state)).map((robot) => robot.robot);
+  const isOver = waits.length < here.length && here.every(({ state }) => HELD.has(state) || RESTS.has(state));
+  if (mission.isOver || mission.hello.end !== null || waits.length === 0 || !isOver) return "";
+  const [who, they] = waits.length === 1 ? [`robot ${waits[0]}, which is`, "it"] : [`robots ${numbers(waits)}, which are`, "them"];
+  return `The search waits for ${who} held by your order: resume ${they}, or call ${they} back.`;
 }
 
 function trouble(text: string): void {

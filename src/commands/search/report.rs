@@ -207,8 +207,8 @@ impl Report {
         let partial = if self.has_all_readings {
             ""
         } else {
-            "NOT COMPLETE  this simulator was started during the search: what is found, missed and measured here is by \
-             its own readings; the coordinator has the finds of the team\n"
+            "NOT COMPLETE  this simulator was started during the search, or readings were lost on their way: what is \
+             found, missed and measured here is by its own readings; the coordinator has the finds of the team\n"
         };
         let tail = match self.last_find_s {
             Some(_) => format!("{tail_s:.1} s of it after the last find"),

@@ -102,7 +102,7 @@ impl<'a> Searched<'a> {
         if self.polygons.is_empty() {
             let (found, allowed) = if self.is_export {
                 let found = "without a search area: it is the export of a search, with its tracks and finds";
-                (found, "the GeoJSON or the KML of the same recording, which have its areas")
+                (found, "the GeoJSON or the KML of a recording whose map has drawn areas")
             } else {
                 ("without a search area", "at least one polygon of kind search, or without a kind and a poa")
             };

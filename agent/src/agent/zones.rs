@@ -1,0 +1,81 @@
+//! A robot and the operator's zones: it plans around what is closed, and leaves it if it is there.
+
+use std::sync::Arc;
+
+use dragnet_proto::message::{Activity, Message};
+use dragnet_proto::state_machine::Effects;
+use dragnet_proto::zones::{Zone, Zones};
+use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
+use dragnet_search::route::ShortestPathTree;
+
+use super::Agent;
+
+impl Agent {
+    /// The cells that the operator has closed, as far as known.
+    pub fn closed(&self) -> impl Iterator<Item = Cell> + '_ {
+        self.zones.cells(Zone::NoGo)
+    }
+
+    /// Applies new zones of the operator. A plan into a no-go zone ends here, any other in the next cell.
+    pub(super) fn keep_out(&mut self, now: MissionTime, zones: &Zones, effects: &mut Effects<Message>) {
+        if !self.zones.merge(now, zones) {
+            return;
+        }
+        self.survey();
+        self.is_overtaken = true;
+        let is_cut_off = self.cell.iter().chain(&self.plan).any(|&cell| self.is_closed(cell));
+        // One that holds may now have a way to where it is sent.
+        if is_cut_off || self.activity == Activity::Holding || self.has_nothing_to_do() {
+            self.decide(now, effects);
+        }
+    }
+
+    /// Whether a cell is in a no-go zone.
+    pub(super) fn is_closed(&self, cell: Cell) -> bool {
+        self.zones.of(cell) == Some(Zone::NoGo)
+    }
+
+    /// The map or the zones have changed.
+    pub(super) fn survey(&mut self) {
+        self.ground = if self.zones.is_empty() {
+            Arc::clone(&self.config.terrain)
+        } else {
+            Arc::new(self.zones.on(&self.config.terrain))
+        };
+        self.home = self.base.filter(|_| self.home.is_some()).map(|base| self.home_to(base));
+    }
+
+    /// What a robot in a no-go zone does: it takes the shortest way out, as if the zone were open.
+    pub(super) fn leave(&self, cell: Cell) -> (Activity, Vec<Cell>) {
+        let ways = ShortestPathTree::from(&self.config.terrain, self.config.connectivity, cell);
+        let path = ways.path(self.open_near(cell));
+        (if path.is_empty() { Activity::Stuck } else { Activity::Leaving }, path)
+    }
+
+    /// A base, or of the cells in reach the nearest to it, as if no-go zones were open.
+    pub(super) fn haven(&self, base: Cell) -> Cell {
+        let Some(here) = self.cell.filter(|_| !self.zones.is_empty()).map(|cell| self.open_near(cell)) else {
+            return base;
+        };
+        let connectivity = self.config.connectivity;
+        let reached = ShortestPathTree::from(&self.ground, connectivity, here);
+        if here == base || reached.length(base).is_finite() {
+            return base;
+        }
+        let ways = ShortestPathTree::from(&self.config.terrain, connectivity, base);
+        let near = reached.candidates().iter().copied().chain([here]);
+        let near = near.filter(|&cell| ways.length(cell).is_finite());
+        near.min_by(|&a, &b| ways.length(a).total_cmp(&ways.length(b)).then(a.cmp(&b))).unwrap_or(here)
+    }
+
+    /// The nearest cell out of no-go zones, as if these were open; the cell itself if there is none.
+    pub(super) fn open_near(&self, cell: Cell) -> Cell {
+        if !self.is_closed(cell) {
+            return cell;
+        }
+        let ways = ShortestPathTree::from(&self.config.terrain, self.config.connectivity, cell);
+        let outside = ways.candidates().iter().copied().filter(|&to| !self.is_closed(to));
+        outside.min_by(|&a, &b| ways.length(a).total_cmp(&ways.length(b)).then(a.cmp(&b))).unwrap_or(cell)
+    }
+}
