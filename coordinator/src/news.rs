@@ -53,7 +53,7 @@ pub fn to_robots(
 ) -> impl Iterator<Item = (RobotId, NumberedOrder, Given)> {
     let new = after.iter().filter(|&(robot, order)| !before.includes(robot, order));
     new.map(move |(robot, order)| {
-        let is_known = before.iter().any(|known| known.0 == robot && known.1.value == order.value);
+        let is_known = before.of(robot) == Some(order.value);
         (robot, order, Given::at(order.number, shown).or_anew(is_known))
     })
 }

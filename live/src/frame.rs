@@ -6,6 +6,7 @@ use dragnet_coordinator::finds::Find;
 use dragnet_proto::command::Mark;
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder};
+use dragnet_proto::runs::runs;
 use dragnet_proto::verdict::Decision;
 use dragnet_proto::zones::{Zone, Zones};
 use dragnet_search::cell::Cell;
@@ -338,15 +339,8 @@ fn zones(view: &View, shown: &mut Option<Zones>) -> Option<Vec<[u32; 3]>> {
         return None;
     }
     *shown = Some(zones.clone());
-    let mut runs: Vec<[u32; 3]> = Vec::new();
-    for (cell, entry) in zones.iter().filter(|(_, entry)| entry.value != Zone::Open) {
-        let (cell, zone) = (cell.number(), entry.value.number().into());
-        match runs.last_mut() {
-            Some([first, count, before]) if *before == zone && *first + *count == cell => *count += 1,
-            _ => runs.push([cell, 1, zone]),
-        }
-    }
-    Some(runs)
+    let closed = zones.iter().map(|(cell, entry)| (cell, entry.value)).filter(|it| it.1 != Zone::Open);
+    Some(runs(closed).into_iter().map(|run| [run.first, run.count, run.value.number().into()]).collect())
 }
 
 fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {

@@ -115,7 +115,7 @@ impl Orders {
     /// The same of an order to one robot.
     #[must_use]
     pub fn is_given(&self, robot: RobotId, order: RobotOrder) -> bool {
-        let is_own = self.to_robots.iter().any(|(ordered, _)| ordered == robot);
+        let is_own = self.to_robots.of(robot).is_some();
         self.current(robot) == order && (is_own || self.directive.number > 0 || self.has_heard)
     }
 

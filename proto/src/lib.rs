@@ -4,7 +4,7 @@
 //! - [`key`], [`sender`], [`clock`]: keys, sending processes, and mission time;
 //! - [`replica`], [`validation`], [`knowledge`]: each observation counts exactly once, and only if it is physically possible;
 //! - [`radio`]: which message a radio with a limited rate sends next;
-//! - [`command`], [`directive`], [`orders`], [`zones`], [`verdict`], [`newest`]: the operator's commands, and how they reach every robot;
+//! - [`command`], [`directive`], [`orders`], [`zones`], [`verdict`], [`newest`], [`runs`]: the operator's commands, and how they reach every robot;
 //! - [`state_machine`]: the contract of robots and coordinator: events in, effects out.
 //!
 //! Only this crate and `dragnet-ros2`, for ROS 2, contain wire formats and key expressions.
@@ -24,6 +24,7 @@ pub mod newest;
 pub mod orders;
 pub mod radio;
 pub mod replica;
+pub mod runs;
 pub mod sender;
 pub mod state_machine;
 pub mod step;

@@ -48,34 +48,39 @@ impl Agent {
 
     /// What a robot in a no-go zone does: it takes the shortest way out, as if the zone were open.
     pub(super) fn leave(&self, cell: Cell) -> (Activity, Vec<Cell>) {
-        let ways = ShortestPathTree::from(&self.config.terrain, self.config.connectivity, cell);
-        let path = ways.path(self.open_near(cell));
+        let path = self.way_out(cell);
         (if path.is_empty() { Activity::Stuck } else { Activity::Leaving }, path)
     }
 
     /// A base, or of the cells in reach the nearest to it, as if no-go zones were open.
     pub(super) fn haven(&self, base: Cell) -> Cell {
-        let Some(here) = self.cell.filter(|_| !self.zones.is_empty()).map(|cell| self.open_near(cell)) else {
-            return base;
-        };
-        let connectivity = self.config.connectivity;
-        let reached = ShortestPathTree::from(&self.ground, connectivity, here);
+        let Some(cell) = self.cell.filter(|_| !self.zones.is_empty()) else { return base };
+        let here = self.way_out(cell).last().copied().unwrap_or(cell);
+        let reached = ShortestPathTree::from(&self.ground, self.config.connectivity, here);
         if here == base || reached.length(base).is_finite() {
             return base;
         }
-        let ways = ShortestPathTree::from(&self.config.terrain, connectivity, base);
         let near = reached.candidates().iter().copied().chain([here]);
-        let near = near.filter(|&cell| ways.length(cell).is_finite());
-        near.min_by(|&a, &b| ways.length(a).total_cmp(&ways.length(b)).then(a.cmp(&b))).unwrap_or(here)
+        nearest(&self.ways_if_open(base), near).unwrap_or(here)
     }
 
-    /// The nearest cell out of no-go zones, as if these were open; the cell itself if there is none.
-    pub(super) fn open_near(&self, cell: Cell) -> Cell {
+    /// The shortest way from a cell out of no-go zones; empty if it is in none, or no way leads out.
+    fn way_out(&self, cell: Cell) -> Vec<Cell> {
         if !self.is_closed(cell) {
-            return cell;
+            return Vec::new();
         }
-        let ways = ShortestPathTree::from(&self.config.terrain, self.config.connectivity, cell);
+        let ways = self.ways_if_open(cell);
         let outside = ways.candidates().iter().copied().filter(|&to| !self.is_closed(to));
-        outside.min_by(|&a, &b| ways.length(a).total_cmp(&ways.length(b)).then(a.cmp(&b))).unwrap_or(cell)
+        nearest(&ways, outside).map_or_else(Vec::new, |to| ways.path(to))
     }
+
+    fn ways_if_open(&self, from: Cell) -> ShortestPathTree {
+        ShortestPathTree::from(&self.config.terrain, self.config.connectivity, from)
+    }
+}
+
+/// Of the cells in reach the one with the shortest way; of equally near ones the smallest.
+fn nearest(ways: &ShortestPathTree, cells: impl Iterator<Item = Cell>) -> Option<Cell> {
+    let in_reach = cells.filter(|&cell| ways.length(cell).is_finite());
+    in_reach.min_by(|&a, &b| ways.length(a).total_cmp(&ways.length(b)).then(a.cmp(&b)))
 }

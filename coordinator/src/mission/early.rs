@@ -44,8 +44,7 @@ impl Early {
 
     /// The operator gives all robots an order.
     pub(super) fn gave_all(&mut self, order: TeamOrder) {
-        let has_heard = self.has_heard;
-        self.to_all = (!has_heard).then_some(order);
+        self.to_all = (!self.has_heard).then_some(order);
         self.to_robots.clear();
         self.ordered.clear();
     }

@@ -8,22 +8,13 @@ use super::error::ConvertError;
 use super::field::Place;
 use crate::directive::{Directive, TeamOrder};
 use crate::dragnet_msgs as wire;
+use crate::runs::runs;
 
 impl From<&Directive> for wire::Directive {
     fn from(directive: &Directive) -> Self {
         let Directive { number, order, added } = directive;
-        let (mut firsts, mut counts) = (Vec::new(), Vec::<u32>::new());
-        let mut after = None;
-        for cell in added.iter().map(|cell| cell.number()) {
-            match counts.last_mut() {
-                Some(count) if after == Some(cell) => *count += 1,
-                _ => {
-                    firsts.push(cell);
-                    counts.push(1);
-                }
-            }
-            after = Some(cell + 1);
-        }
+        let runs = runs(added.iter().map(|&cell| (cell, ())));
+        let (firsts, counts) = runs.into_iter().map(|run| (run.first, run.count)).unzip();
         Self { version: wire::VERSION, number: *number, order: code(*order), firsts, counts }
     }
 }

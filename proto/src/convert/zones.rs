@@ -8,6 +8,7 @@ use super::error::ConvertError;
 use crate::dragnet_msgs as wire;
 use crate::message::ZoneReport;
 use crate::newest::Numbered;
+use crate::runs::runs;
 use crate::zones::{Zone, Zones};
 
 impl From<&ZoneReport> for wire::Zones {
@@ -15,18 +16,11 @@ impl From<&ZoneReport> for wire::Zones {
         let ZoneReport { from, time_ns, zones } = report;
         let (robot, time_ns) = (Source::from(*from).number(), *time_ns);
         let mut wire = Self { version: wire::VERSION, robot, time_ns, ..Self::default() };
-        let mut last = None;
-        for (cell, entry) in zones.iter() {
-            match wire.counts.last_mut() {
-                Some(count) if last == Some((cell.number(), entry)) => *count += 1,
-                _ => {
-                    wire.firsts.push(cell.number());
-                    wire.counts.push(1);
-                    wire.numbers.push(entry.number);
-                    wire.zones.push(entry.value.number());
-                }
-            }
-            last = Some((cell.number() + 1, entry));
+        for run in runs(zones.iter()) {
+            wire.firsts.push(run.first);
+            wire.counts.push(run.count);
+            wire.numbers.push(run.value.number);
+            wire.zones.push(run.value.value.number());
         }
         wire
     }

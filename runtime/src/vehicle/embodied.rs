@@ -50,12 +50,15 @@ impl StateMachine for Embodied {
         now: MissionTime,
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
+        let may_close = matches!(event, Event::Received { message: Message::Zones(_), .. });
         let effects = self.agent.handle(now, event)?;
         // Without a vehicle the robot is about to stop.
-        let closed: BTreeSet<Cell> = self.agent.closed().collect();
-        if closed != self.closed {
-            self.closed.clone_from(&closed);
-            let _ = self.events.send(PilotEvent::Closed(closed));
+        if may_close {
+            let closed: BTreeSet<Cell> = self.agent.closed().collect();
+            if closed != self.closed {
+                self.closed.clone_from(&closed);
+                let _ = self.events.send(PilotEvent::Closed(closed));
+            }
         }
         if let Some(route) = &effects.route {
             let _ = self.events.send(PilotEvent::Route(route.clone()));
