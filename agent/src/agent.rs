@@ -6,7 +6,8 @@ use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::{Knowledge, SharedKnowledge};
 use dragnet_proto::message::{
-    Activity, Audience, Heartbeat, Intent, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport,
+    Activity, Audience, Heartbeat, Intent, MarkReport, Message, MissionStatus, OrderReport, VerdictReport,
+    ZoneReport,
 };
 use dragnet_proto::orders::{RobotOrder, RobotOrders};
 use dragnet_proto::radio::max_observations_of;
@@ -507,7 +508,8 @@ impl Agent {
             | Message::MissionStatus(_)
             | Message::Verdicts(_)
             | Message::Orders(_)
-            | Message::Zones(_) => {
+            | Message::Zones(_)
+            | Message::Marks(_) => {
                 if let Participant::Robot(robot) = from {
                     self.team.received(now, robot);
                 }
@@ -536,14 +538,18 @@ impl Agent {
             _ => {}
         }
         if !received.judged.is_empty() {
-            self.heed(now, &received.judged, effects);
+            // What was detected there is settled.
+            self.sightings.settle(&received.judged);
+            self.reconsider(now, effects);
+        }
+        if received.marked.is_some() {
+            self.reconsider(now, effects);
         }
     }
 
-    /// The operator has decided about the finds in these cells: what was detected there is settled, and a plan to look at
-    /// it, or an end of the search because of it, is reconsidered.
-    fn heed(&mut self, now: MissionTime, judged: &[Cell], effects: &mut Effects<Message>) {
-        self.sightings.settle(judged);
+    /// The operator has decided about finds or marked something: a plan, or an end of the search because of what was believed,
+    /// is reconsidered.
+    fn reconsider(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
         self.is_overtaken = true;
         if self.has_nothing_to_do() {
             self.decide(now, effects);
@@ -882,6 +888,12 @@ impl Agent {
             let (from, zones) = (Participant::Robot(self.config.id()), self.zones.clone());
             let report = ZoneReport { from, time_ns: now.0, zones };
             effects.published.push((Audience::All, Message::Zones(report)));
+        }
+        let marks = self.replica.knowledge().marks();
+        if !marks.is_empty() {
+            let (from, marks) = (Participant::Robot(self.config.id()), marks.clone());
+            let report = MarkReport { from, time_ns: now.0, marks };
+            effects.published.push((Audience::All, Message::Marks(report)));
         }
     }
 }

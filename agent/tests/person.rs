@@ -5,9 +5,11 @@
 use std::sync::Arc;
 
 use dragnet_agent::agent::{Agent, AgentConfig};
-use dragnet_proto::command::Mark;
 use dragnet_proto::directive::{Directive, TeamOrder};
-use dragnet_proto::message::{Activity, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport};
+use dragnet_proto::marks::Marks;
+use dragnet_proto::message::{
+    Activity, MarkReport, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport,
+};
 use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder};
 use dragnet_proto::state_machine::{Effects, Event};
@@ -17,8 +19,9 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{Observation, Origin, RobotId, Source, Versions};
+use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::mark::{Clue, Mark};
+use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 
 const SECOND: u64 = 1_000_000_000;
 const ROBOT: RobotId = RobotId::FIRST;
@@ -397,24 +400,47 @@ fn cells_that_the_operator_adds_are_searched_and_end_a_rest() {
     assert!(field.robot.belief().probability(field.cell(14)).abs() < 1e-12, "and nowhere else");
 }
 
+fn marks(marks: &Marks) -> Message {
+    Message::Marks(MarkReport { from: Participant::Coordinator, time_ns: SECOND, marks: marks.clone() })
+}
+
 #[test]
-fn a_mark_by_hand_counts_once_and_is_no_teammate() {
+fn a_mark_counts_once_until_it_is_withdrawn_and_is_passed_on_beside_heartbeats() {
     let mut field = Field::new("budget_seconds = 1e6");
     field.sense(0, 0);
-    let cell = field.cell(7);
-    let mark = Message::Observation(Arc::new(Observation {
-        origin: Origin { source: Source::Operator, incarnation: 3 },
-        sequence: 0,
-        time_ns: 3,
-        from: cell,
-        readings: vec![Mark::Clue.reading(cell)],
-    }));
-    let before = field.robot.belief().log_odds_nats(cell);
-    let kept = field.receive(1, mark.clone());
-    assert_eq!((kept.kept.len(), &kept.published[..], &kept.route), (1, &[][..], &None), "{kept:?}");
-    assert!(is_nothing(&field.receive(2, mark)));
-    let moved = field.robot.belief().log_odds_nats(cell) - before;
-    assert!((moved - Mark::STRENGTH_NATS).abs() < 1e-9, "{moved}");
+    let (cell, before) = (field.cell(7), field.robot.belief().digest());
+    let mut made = Marks::default();
+    let clue = Clue { cell, ratio_thousandths: 55_000, radius_hundredths: 0 };
+    made.make(3, Mark::Clue(clue), "a glove".to_owned());
+    let odds = |field: &Field| field.robot.belief().log_odds_nats(cell);
+    let prior = odds(&field);
+    assert_eq!(field.receive(1, marks(&made)).route, None, "not between cells");
+    assert!((odds(&field) - prior - 55_f64.ln()).abs() < 1e-4);
+    assert!(is_nothing(&field.receive(2, marks(&made))));
+    let wake = field.robot.wake_at();
+    let passed_on = field.robot.react(wake, Event::Woke).published.into_iter().find_map(|(_, it)| match it {
+        Message::Marks(report) => Some(report),
+        _ => None,
+    });
+    let report = MarkReport { from: Participant::Robot(ROBOT), time_ns: wake.0, marks: made.clone() };
+    assert_eq!(passed_on, Some(report));
+    assert!(made.withdraw(4, 3));
+    field.receive(3, marks(&made));
+    assert_eq!(field.robot.belief().digest(), before);
+}
+
+#[test]
+fn a_clue_makes_a_robot_search_that_rests() {
+    let mut field = Field::new("budget_seconds = 1e6\nstop_when_expected_remaining = 2.5");
+    let resting = field.sense(0, 0);
+    assert!(resting.activity.is_rest(), "{resting:?}");
+    let mut made = Marks::default();
+    for number in [6, 7, 11] {
+        let clue = Clue { cell: field.cell(number), ratio_thousandths: 50_000, radius_hundredths: 0 };
+        made.make(3, Mark::Clue(clue), String::new());
+    }
+    let sent = field.receive(1, marks(&made));
+    assert!(sent.route.is_some_and(|route| !route.is_empty()) && sent.activity == Activity::Searching);
 }
 
 /// Verdicts on a cell, one after the other.
@@ -440,10 +466,11 @@ fn passed_on(effects: &Effects<Message>) -> Vec<Verdicts> {
     reports.collect()
 }
 
-fn clue(cell: Cell, sequence: u64) -> Message {
-    let origin = Origin { source: Source::Operator, incarnation: 3 };
-    let readings = vec![Mark::Clue.reading(cell)];
-    let time_ns = sequence;
+/// A reading of the robot before it restarted, which speaks for an object.
+fn seen(cell: Cell, sequence: u64) -> Message {
+    let origin = Origin { source: ROBOT.into(), incarnation: 7 };
+    let readings = vec![Reading { cell, value: 1.0, variance: 0.125 }];
+    let time_ns = sequence * SECOND;
     Message::Observation(Arc::new(Observation { origin, sequence, time_ns, from: cell, readings }))
 }
 
@@ -454,7 +481,7 @@ fn a_robot_believes_a_verdict_and_passes_it_on_beside_its_heartbeats() {
     let wake = field.robot.wake_at();
     assert_eq!(passed_on(&field.robot.react(wake, Event::Woke)), [], "there is none");
     let cell = field.cell(7);
-    (0..2).for_each(|sequence| drop(field.receive(60, clue(cell, sequence))));
+    (0..2).for_each(|sequence| drop(field.receive(60, seen(cell, sequence))));
     assert!(field.robot.is_found(cell));
     let dismissed = decided(&field, cell, &[Decision::Confirmed, Decision::Dismissed]);
     field.receive(61, verdicts(Participant::Coordinator, &dismissed));
@@ -480,7 +507,7 @@ fn a_robot_that_joins_late_has_the_belief_of_the_others() {
     let mut early = Field::new("budget_seconds = 1e6");
     early.sense(0, 0);
     let cell = early.cell(7);
-    (0..2).for_each(|sequence| drop(early.receive(1, clue(cell, sequence))));
+    (0..2).for_each(|sequence| drop(early.receive(1, seen(cell, sequence))));
     let confirmed = decided(&early, cell, &[Decision::Confirmed]);
     early.receive(2, verdicts(Participant::Coordinator, &confirmed));
     // It hears of the verdict before the readings, and from nobody but this robot.
@@ -489,7 +516,7 @@ fn a_robot_that_joins_late_has_the_belief_of_the_others() {
     let heard = passed_on(&early.robot.react(wake, Event::Woke)).remove(0);
     let from = Participant::Robot(ROBOT);
     late.robot.react(wake, Event::Received { from, message: verdicts(from, &heard) });
-    (0..2).for_each(|sequence| drop(late.receive(60, clue(cell, sequence))));
+    (0..2).for_each(|sequence| drop(late.receive(60, seen(cell, sequence))));
     late.sense(61, 0);
     assert_eq!(late.robot.replica().log().len(), 3);
     assert_eq!(late.robot.replica().knowledge().verdicts(), &confirmed);

@@ -4,6 +4,7 @@
 
 use crate::finds::{Find, finds};
 use dragnet_proto::directive::added_prior;
+use dragnet_proto::marks::Marks;
 use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_proto::verdict::Verdicts;
 use dragnet_proto::zones::Zones;
@@ -29,6 +30,7 @@ pub struct MissionFold {
     status: Option<MissionStatus>,
     verdicts: Verdicts,
     zones: Zones,
+    marks: Marks,
 }
 
 /// The changes caused by a record.
@@ -40,6 +42,8 @@ pub struct Change {
     pub added: Vec<Cell>,
     /// Cells with a new verdict of the operator.
     pub judged: Vec<Cell>,
+    /// Cells that new marks of the operator concern.
+    pub marked: Vec<Cell>,
 }
 
 impl MissionFold {
@@ -56,6 +60,7 @@ impl MissionFold {
             status: None,
             verdicts: Verdicts::default(),
             zones: Zones::default(),
+            marks: Marks::default(),
         }
     }
 
@@ -86,6 +91,14 @@ impl MissionFold {
                 let judged = self.verdicts.take(report.verdicts.iter(), &mut self.belief);
                 Change { judged, ..Change::default() }
             }
+            Record::Marks(report) => {
+                if report.from != Participant::Coordinator {
+                    return Change::default();
+                }
+                let (grid, now) = (self.terrain.grid(), MissionTime(report.time_ns));
+                let marked = self.marks.merge_into(now, &report.marks, grid, &mut self.belief);
+                Change { marked: marked.into_iter().flatten().collect(), ..Change::default() }
+            }
             Record::Zones(report) => {
                 if report.from == Participant::Coordinator {
                     self.zones = report.zones.clone();
@@ -99,7 +112,7 @@ impl MissionFold {
         }
     }
 
-    /// An operator's mark is evidence like any other, but not part of a track.
+    /// In recordings of earlier versions marks of the operator are observations: evidence, but not part of a track.
     fn observe(&mut self, observation: &Observation) -> Change {
         for reading in &observation.readings {
             self.belief.add(reading);
@@ -148,6 +161,12 @@ impl MissionFold {
     #[must_use]
     pub const fn zones(&self) -> &Zones {
         &self.zones
+    }
+
+    /// The operator's marks.
+    #[must_use]
+    pub const fn marks(&self) -> &Marks {
+        &self.marks
     }
 
     /// The operator's verdicts.

@@ -13,7 +13,8 @@ use std::time::Duration;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::Knowledge;
 use dragnet_proto::message::{
-    Audience, Detection, Heartbeat, Intent, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport,
+    Audience, Detection, Heartbeat, Intent, MarkReport, Message, MissionStatus, OrderReport, VerdictReport,
+    ZoneReport,
 };
 use dragnet_proto::orders::RobotOrders;
 use dragnet_proto::radio::max_observations_of;
@@ -26,7 +27,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, Origin, RobotId, Source};
+use dragnet_search::observation::{Observation, RobotId, Source};
 use dragnet_search::one_subject::{OneSubject, Standing, SubjectPosterior};
 use dragnet_search::terrain::Terrain;
 
@@ -124,6 +125,8 @@ pub enum Record {
     Orders(OrderReport),
     /// The operator's zones: the coordinator's when they change, and those of a robot when they are received.
     Zones(ZoneReport),
+    /// The operator's marks: the coordinator's when they change, and those of a robot when they are received.
+    Marks(MarkReport),
     /// The belief as it is shown, recorded periodically and at the end.
     Belief(Arc<Belief>),
 }
@@ -147,8 +150,6 @@ pub struct Mission {
     zones: Zones,
     /// Prior probability in cells that the operator adds.
     added_prior: f64,
-    /// The origin of the operator's marks, once there is one.
-    by_hand: Option<Origin>,
     /// Robots whose number is used by several processes.
     doubled: BTreeSet<RobotId>,
 }
@@ -177,7 +178,6 @@ impl Mission {
             early: Early::default(),
             zones: Zones::default(),
             added_prior: added_prior(&config.prior, &config.terrain),
-            by_hand: None,
             doubled: BTreeSet::new(),
             config,
         }
@@ -345,6 +345,7 @@ impl Mission {
                 self.learn(now, &heartbeat.directive, outcome);
             }
             Message::Verdicts(report) => outcome.records.push(Record::Verdicts(report.clone())),
+            Message::Marks(report) => outcome.records.push(Record::Marks(report.clone())),
             Message::Orders(report) => {
                 outcome.records.push(Record::Orders(report.clone()));
                 self.learn_orders(now, &report.orders, outcome);
@@ -361,6 +362,9 @@ impl Mission {
         let replies = received.replies.into_iter().map(|(whom, reply)| (Audience::One(whom), reply));
         outcome.effects.published.extend(replies);
         self.judged(now, &received.judged, outcome);
+        if let Some(cells) = received.marked {
+            self.marked(now, cells, outcome);
+        }
         let has_declared = self.merge(now, &received.new, outcome);
         if has_appeared || has_declared {
             self.report(now, outcome);
@@ -433,6 +437,9 @@ impl Mission {
         }
         if !self.zones.is_empty() {
             outcome.effects.published.push((Audience::All, Message::Zones(self.zone_report(now))));
+        }
+        if !self.marks().is_empty() {
+            outcome.effects.published.push((Audience::All, Message::Marks(self.mark_report(now))));
         }
     }
 

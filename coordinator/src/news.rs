@@ -1,8 +1,10 @@
-//! Orders, zones and verdicts that the coordinator shows for the first time: the operator gives them now, or robots knew them.
+//! Orders, zones, marks and verdicts that the coordinator shows for the first time: the operator gives them now, or robots knew them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use dragnet_proto::directive::{Directive, TeamOrder};
+use dragnet_proto::marks::{MarkId, Marked, Marks};
 use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
@@ -51,7 +53,7 @@ pub fn to_robots(
     after: &RobotOrders,
     shown: MissionTime,
 ) -> impl Iterator<Item = (RobotId, NumberedOrder, Given)> {
-    let new = after.iter().filter(|&(robot, order)| !before.includes(robot, order));
+    let new = after.iter().filter(|(robot, order)| !before.includes(*robot, order));
     new.map(move |(robot, order)| {
         let is_known = before.of(robot) == Some(order.value);
         (robot, order, Given::at(order.number, shown).or_anew(is_known))
@@ -65,12 +67,25 @@ pub fn zones(
     shown: MissionTime,
 ) -> impl Iterator<Item = (Numbered<Zone>, BTreeSet<Cell>, Given)> {
     let mut new: BTreeMap<Numbered<Zone>, BTreeSet<Cell>> = BTreeMap::new();
-    for (cell, zone) in after.iter().filter(|&(cell, zone)| !before.includes(cell, zone)) {
+    for (cell, zone) in after.iter().filter(|(cell, zone)| !before.includes(*cell, zone)) {
         new.entry(zone).or_default().insert(cell);
     }
     new.into_iter().map(move |(zone, cells)| {
         let is_known = cells.iter().all(|&cell| before.of(cell) == Some(zone.value));
         (zone, cells, Given::at(zone.number, shown).or_anew(is_known))
+    })
+}
+
+/// Marks that are news in a report that the coordinator shows at a time: made, or withdrawn.
+pub fn marks(
+    before: &Marks,
+    after: &Marks,
+    shown: MissionTime,
+) -> impl Iterator<Item = (MarkId, Numbered<Arc<Marked>>, Given)> {
+    let new = after.iter().filter(|(id, entry)| !before.includes(*id, entry));
+    new.map(move |(id, entry)| {
+        let given = Given::at(entry.number, shown);
+        (id, entry, given)
     })
 }
 

@@ -33,7 +33,7 @@ use crate::record::{
 const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
 
 /// A recorded mission. Its records are [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`],
-/// [`Record::Status`], [`Record::Verdicts`], [`Record::Orders`] and [`Record::Zones`]; all others follow from them.
+/// [`Record::Status`], [`Record::Verdicts`], [`Record::Orders`], [`Record::Zones`] and [`Record::Marks`]; all others follow from them.
 #[derive(Clone, Debug)]
 pub struct Playback {
     /// The map at the start.
@@ -312,6 +312,7 @@ fn kind(topic: &str) -> Option<MessageKind> {
         RobotTopic::Verdicts => Some(MessageKind::Verdicts),
         RobotTopic::Orders => Some(MessageKind::Orders),
         RobotTopic::Zones => Some(MessageKind::Zones),
+        RobotTopic::Marks => Some(MessageKind::Marks),
         RobotTopic::Pose | RobotTopic::Path => None,
     }
 }
@@ -325,6 +326,7 @@ fn record(message: Message) -> Option<Record> {
         Message::Verdicts(report) => Some(Record::Verdicts(report)),
         Message::Orders(report) => Some(Record::Orders(report)),
         Message::Zones(report) => Some(Record::Zones(report)),
+        Message::Marks(report) => Some(Record::Marks(report)),
         Message::SyncRequest(_) | Message::SyncReply(_) => None,
     }
 }

@@ -7,13 +7,14 @@
 //! /tf, /robots/<robot>/pose  robots' poses, when they change
 //! /robots/<robot>/path       their plans, when they change
 //! /robots/<robot>/{observation,intent,heartbeat}
-//! /robots/0/observation      the operator's marks
 //! /robots/0/verdicts         the operator's verdicts on finds, when they change
 //! /robots/<robot>/verdicts   those that a robot has received; both only once there are any
 //! /robots/0/orders           the operator's orders to single robots, when they change
 //! /robots/<robot>/orders     those that a robot has received; both only once there are any
 //! /robots/0/zones            the operator's no-go zones and skipped cells, when they change
 //! /robots/<robot>/zones      those that a robot has received; both only once there are any
+//! /robots/0/marks            the operator's marks, when they change
+//! /robots/<robot>/marks      those that a robot has received; both only once there are any
 //! /objects                   each declaration of an object
 //! /mission/status            with all declared objects
 //! ```
@@ -230,6 +231,10 @@ impl Recorder {
             Record::Orders(report) => {
                 let topic = Topic::Robot(report.from.into(), RobotTopic::Orders);
                 self.put(topic, at(report.time_ns), &wire::Orders::from(report))?;
+            }
+            Record::Marks(report) => {
+                let topic = Topic::Robot(report.from.into(), RobotTopic::Marks);
+                self.put(topic, at(report.time_ns), &wire::Marks::from(report))?;
             }
             Record::Zones(report) => {
                 let topic = Topic::Robot(report.from.into(), RobotTopic::Zones);

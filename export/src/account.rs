@@ -2,12 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use dragnet_coordinator::finds::Find;
 use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::track::Track;
+use dragnet_proto::marks::Marked;
 use dragnet_proto::message::Detection;
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_proto::zones::{Zone, Zones};
@@ -15,11 +17,12 @@ use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::detection::probability_of_detection;
+use dragnet_search::mark::{Clue, Mark, Searched};
 use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::one_subject::{Standing, SubjectPosterior};
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
-use geo::MultiLineString;
+use geo::{MultiLineString, MultiPolygon};
 
 use crate::ExportError;
 use crate::bands::region;
@@ -47,6 +50,8 @@ pub struct Account {
     pub dismissed: Vec<Find>,
     /// The operator's verdicts on both.
     pub verdicts: Verdicts,
+    /// The operator's marks that count, with the time at which each was made.
+    pub marks: Vec<(MissionTime, Arc<Marked>)>,
     /// The cells of each robot, in the order of its own clock; repeated where it waited.
     pub tracks: BTreeMap<RobotId, Vec<Visit>>,
     /// The plans of robots that move: position and cells to enter from there.
@@ -150,6 +155,7 @@ impl Account {
             found: fold.found(),
             dismissed: fold.mission.finds().into_iter().filter(|find| !find.is_declared).collect(),
             verdicts: fold.mission.verdicts().clone(),
+            marks: fold.mission.marks().standing().map(|(id, it)| (MissionTime(id), it)).collect(),
             plans: fold.plans(),
             total: weigh.cells(terrain.searched_cells().map(|cell| (cell, 1.0))),
             areas,
@@ -172,6 +178,35 @@ impl Account {
     #[must_use]
     pub fn operator(&self, cell: Cell) -> Option<&'static str> {
         self.verdicts.decision(cell).and_then(Decision::word)
+    }
+
+    /// The operator's clues, with their numbers, times and notes.
+    pub(crate) fn clues(&self) -> impl Iterator<Item = (usize, MissionTime, Clue, &str)> {
+        let clues = self.marks.iter().filter_map(|(time, marked)| match &marked.mark {
+            Mark::Clue(clue) => Some((*time, *clue, &*marked.note)),
+            Mark::Searched(_) => None,
+        });
+        (1..).zip(clues).map(|(number, (time, clue, note))| (number, time, clue, note))
+    }
+
+    /// What others have searched, likewise.
+    pub(crate) fn searches(&self) -> impl Iterator<Item = (usize, MissionTime, &Searched, &str)> {
+        let searches = self.marks.iter().filter_map(|(time, marked)| match &marked.mark {
+            Mark::Searched(search) => Some((*time, search, &*marked.note)),
+            Mark::Clue(_) => None,
+        });
+        (1..).zip(searches).map(|(number, (time, search, note))| (number, time, search, note))
+    }
+
+    /// The outline of cells.
+    pub(crate) fn outline(&self, cells: &BTreeSet<Cell>) -> MultiPolygon<f64> {
+        let is_inside: Vec<bool> = self.terrain.grid().cells().map(|cell| cells.contains(&cell)).collect();
+        region(&self.terrain, &self.frame, &is_inside)
+    }
+
+    /// A clue's radius, meters.
+    pub(crate) fn radius_meters(&self, clue: Clue) -> f64 {
+        f64::from(clue.radius_hundredths) / 100.0 * self.terrain.cell_meters()
     }
 
     /// The center of a cell.
@@ -261,7 +296,8 @@ impl Fold {
         let belief = self.mission.belief();
         let of = |cell| {
             let (prior, evidence) = (belief.prior_log_odds_nats(cell), belief.evidence().of(cell));
-            probability_of_detection(prior, evidence, detection_threshold)
+            let missed = 1.0 - probability_of_detection(prior, evidence, detection_threshold);
+            1.0 - missed * (1.0 - self.mission.marks().probability_of_detection(cell))
         };
         self.mission.terrain().grid().cells().map(of).collect()
     }

@@ -4,11 +4,13 @@
 //! |---|---|---|
 //! | `found` | Point | `probability`, `operator`, `declared_at`, `declared_seconds`, `row`, `column` |
 //! | `dismissed` | Point | `operator`, `dismissed_at`, `dismissed_seconds`, `row`, `column` |
+//! | `clue` | Point | `note`, `ratio`, `radius_meters`, `marked_at`, `marked_seconds`, `row`, `column` |
+//! | `searched` | `MultiPolygon` | `note`, `pod`, `cells`, `marked_at`, `marked_seconds` |
 //! | `track` | `LineString` | `robot`, `coordTimes` |
 //! | `cleared` | `MultiPolygon` | `pod_from`, `pod_to`, `cells` |
 //!
 //! `operator` is what the operator has decided about a find: `confirmed`, `dismissed` or null. A dismissed find that was found
-//! again is `found`. An area that was searched has `poa`, `pod`, `pos` and `cells`. In a search for one subject it has
+//! again is `found`. `clue` and `searched` are what the operator has marked, as far as it was not withdrawn. An area that was searched has `poa`, `pod`, `pos` and `cells`. In a search for one subject it has
 //! `probability_now` too, and the collection `subject`: the probabilities that the subject is in a declared cell (`pos`), in
 //! another searched cell (`remaining`), and outside (`rest_of_world`). When the file is read as a map, these features are
 //! ignored.
@@ -17,6 +19,7 @@ use dragnet_coordinator::finds::Find;
 use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, GeoPoint};
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::mark::{Clue, Searched};
 use dragnet_search::observation::RobotId;
 use dragnet_search::one_subject::Standing;
 use geo::MultiPolygon;
@@ -36,7 +39,10 @@ pub fn text(account: &Account) -> String {
     let tracks = account.tracks.iter().map(|(robot, visits)| track(account, *robot, visits));
     let found = (1..).zip(&account.found).map(|(number, object)| found(account, number, object));
     let dismissed = (1..).zip(&account.dismissed).map(|(number, find)| dismissed(account, number, find));
-    let features = areas.chain(cleared).chain(tracks).chain(found).chain(dismissed).collect();
+    let clues = account.clues().map(|clue| self::clue(account, clue));
+    let searches = account.searches().map(|search| searched(account, search));
+    let marks = clues.chain(searches);
+    let features = areas.chain(cleared).chain(tracks).chain(found).chain(dismissed).chain(marks).collect();
     let mut total = json!({
         "name": account.name,
         "until": wall_time(account.start_unix_ns, account.until),
@@ -130,6 +136,39 @@ fn dismissed(account: &Account, number: usize, find: &Find) -> Feature {
         "column": cell.column,
     });
     feature(properties, GeometryValue::Point { coordinates: position(account.point(find.cell)) })
+}
+
+fn clue(account: &Account, (number, time, clue, note): (usize, MissionTime, Clue, &str)) -> Feature {
+    let cell = account.terrain.grid().position(clue.cell);
+    let properties = json!({
+        "kind": "clue",
+        "name": format!("Clue {number}"),
+        "note": note,
+        "ratio": f64::from(clue.ratio_thousandths) / 1000.0,
+        "radius_meters": account.radius_meters(clue),
+        "marked_at": wall_time(account.start_unix_ns, time),
+        "marked_seconds": time.as_seconds(),
+        "row": cell.row,
+        "column": cell.column,
+    });
+    feature(properties, GeometryValue::Point { coordinates: position(account.point(clue.cell)) })
+}
+
+fn searched(
+    account: &Account,
+    (number, time, search, note): (usize, MissionTime, &Searched, &str),
+) -> Feature {
+    let properties = json!({
+        "kind": "searched",
+        "name": format!("Searched {number}"),
+        "note": note,
+        "pod": search.probability_of_detection(),
+        "cells": search.cells.len(),
+        "marked_at": wall_time(account.start_unix_ns, time),
+        "marked_seconds": time.as_seconds(),
+    });
+    let outline = account.outline(&search.cells);
+    feature(properties, GeometryValue::MultiPolygon { coordinates: rings(&outline) })
 }
 
 fn feature(properties: JsonValue, geometry: GeometryValue) -> Feature {

@@ -1,4 +1,4 @@
-//! An account as GPX 1.1: found objects, without dismissed ones, as waypoints, tracks of the robots with times. GPX has no areas, so cleared
+//! An account as GPX 1.1: found objects, without dismissed ones, and clues as waypoints, tracks of the robots with times. GPX has no areas, so cleared
 //! cells are left out.
 
 use std::io;
@@ -6,6 +6,7 @@ use std::io;
 use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::GeoPoint;
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
 use crate::account::{Account, Visit};
@@ -27,7 +28,10 @@ pub fn text(account: &Account) -> String {
                 xml::element(writer, "time", &wall_time(account.start_unix_ns, account.until))
             })?;
             for (number, object) in (1..).zip(&account.found) {
-                waypoint(writer, account, number, object)?;
+                found(writer, account, number, object)?;
+            }
+            for (number, time, clue, note) in account.clues() {
+                waypoint(writer, account, (clue.cell, time), &format!("Clue {number}"), note)?;
             }
             account.tracks.iter().try_for_each(|(robot, visits)| track(writer, account, *robot, visits))
         })?;
@@ -35,17 +39,28 @@ pub fn text(account: &Account) -> String {
     })
 }
 
-fn waypoint(writer: &mut Document, account: &Account, number: usize, object: &Detection) -> io::Result<()> {
-    let (latitude, longitude) = degrees(account.point(object.cell));
+fn found(writer: &mut Document, account: &Account, number: usize, object: &Detection) -> io::Result<()> {
+    let operator = account.operator(object.cell).map_or_else(String::new, |word| format!(", {word} by hand"));
+    let description = format!("probability {:.4}{operator}", object.probability);
+    let at = (object.cell, MissionTime(object.time_ns));
+    waypoint(writer, account, at, &format!("Object {number}"), &description)
+}
+
+fn waypoint(
+    writer: &mut Document,
+    account: &Account,
+    (cell, time): (Cell, MissionTime),
+    name: &str,
+    description: &str,
+) -> io::Result<()> {
+    let (latitude, longitude) = degrees(account.point(cell));
     let point = writer
         .create_element("wpt")
         .with_attributes([("lat", latitude.as_str()), ("lon", longitude.as_str())]);
     point.write_inner_content(|writer| {
-        xml::element(writer, "time", &wall_time(account.start_unix_ns, MissionTime(object.time_ns)))?;
-        xml::element(writer, "name", &format!("Object {number}"))?;
-        let operator =
-            account.operator(object.cell).map_or_else(String::new, |word| format!(", {word} by hand"));
-        xml::element(writer, "desc", &format!("probability {:.4}{operator}", object.probability))
+        xml::element(writer, "time", &wall_time(account.start_unix_ns, time))?;
+        xml::element(writer, "name", name)?;
+        xml::element(writer, "desc", description)
     })?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! An account as KML 2.2: folders of found objects, of dismissed ones if there are any, tracks, cleared cells, and the areas of the mission.
+//! An account as KML 2.2: folders of found objects, of dismissed ones and of marks if there are any, tracks, cleared cells, and the areas of the mission.
 
 use std::io;
 
@@ -6,6 +6,7 @@ use dragnet_coordinator::finds::Find;
 use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, GeoPoint, Purpose};
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::mark::{Clue, Searched};
 use dragnet_search::observation::RobotId;
 use geo::{LineString, Polygon};
 
@@ -34,6 +35,12 @@ pub fn text(account: &Account) -> String {
                     folder(writer, "Dismissed", |writer| {
                         let mut dismissed = (1..).zip(&account.dismissed);
                         dismissed.try_for_each(|(number, it)| self::dismissed(writer, account, number, it))
+                    })?;
+                }
+                if !account.marks.is_empty() {
+                    folder(writer, "Marks", |writer| {
+                        account.clues().try_for_each(|it| clue(writer, account, it))?;
+                        account.searches().try_for_each(|it| searched(writer, account, it))
                     })?;
                 }
                 folder(writer, "Tracks", |writer| {
@@ -115,6 +122,49 @@ fn dismissed(writer: &mut Document, account: &Account, number: usize, find: &Fin
             .write_inner_content(|writer| xml::element(writer, "when", &when))?;
         data(writer, &[("kind", "dismissed".into()), ("operator", "dismissed".into())])?;
         point(writer, account.point(find.cell))
+    })
+}
+
+fn clue(
+    writer: &mut Document,
+    account: &Account,
+    (number, time, clue, note): (usize, MissionTime, Clue, &str),
+) -> io::Result<()> {
+    let (ratio, radius) = (f64::from(clue.ratio_thousandths) / 1000.0, account.radius_meters(clue));
+    let facts =
+        [("kind", "clue".into()), ("ratio", ratio.to_string()), ("radius_meters", radius.to_string())];
+    mark(writer, account, (&format!("Clue {number}"), time, note), &facts, |writer| {
+        point(writer, account.point(clue.cell))
+    })
+}
+
+fn searched(
+    writer: &mut Document,
+    account: &Account,
+    (number, time, search, note): (usize, MissionTime, &Searched, &str),
+) -> io::Result<()> {
+    let (pod, cells) = (search.probability_of_detection(), search.cells.len());
+    let facts = [("kind", "searched".into()), ("pod", pod.to_string()), ("cells", cells.to_string())];
+    mark(writer, account, (&format!("Searched {number}"), time, note), &facts, |writer| {
+        polygons(writer, &account.outline(&search.cells).0)
+    })
+}
+
+/// The note is no description: programs read facts in those.
+fn mark(
+    writer: &mut Document,
+    account: &Account,
+    (name, time, note): (&str, MissionTime, &str),
+    facts: &[(&str, String)],
+    shape: impl FnOnce(&mut Document) -> io::Result<()>,
+) -> io::Result<()> {
+    let when = wall_time(account.start_unix_ns, time);
+    placemark(writer, name, |writer| {
+        writer
+            .create_element("TimeStamp")
+            .write_inner_content(|writer| xml::element(writer, "when", &when))?;
+        data(writer, &[facts, &[("note", note.to_owned())]].concat())?;
+        shape(writer)
     })
 }
 

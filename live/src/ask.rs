@@ -1,12 +1,14 @@
 //! Commands of the page: their format, validation and answers.
 
 use dragnet_coordinator::finds::Find;
-use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::command::Command;
 use dragnet_proto::directive::TeamOrder;
+use dragnet_proto::marks::{MarkId, Marks};
 use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
 use dragnet_proto::zones::Zone;
 use dragnet_search::cell::{Cell, Position};
+use dragnet_search::mark::{Clue, Mark, Searched};
 use dragnet_search::observation::RobotId;
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use serde::{Deserialize, Deserializer};
@@ -15,7 +17,7 @@ use std::collections::BTreeSet;
 use crate::polygon::{self, Corner, PolygonError};
 use crate::view::{State, View};
 
-/// A command of the page, JSON: `{"command": "mark", "row": 3, "column": 4, "as": "clue"}`.
+/// A command of the page, JSON: `{"command": "go", "robot": 2, "row": 3, "column": 4}`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
@@ -46,14 +48,37 @@ pub enum Ask {
         /// Column of the cell, from the west.
         column: u32,
     },
-    /// Mark a cell.
-    Mark {
-        /// Row of the cell, from the south.
+    /// Mark a clue.
+    Clue {
+        /// Row of its cell, from the south.
         row: u32,
-        /// Column of the cell, from the west.
+        /// Column of its cell, from the west.
         column: u32,
-        /// The mark.
-        r#as: MarkName,
+        /// How many times as likely it is if an object is there, [`LEAST_RATIO`] to [`MOST_RATIO`].
+        #[serde(default = "usual_ratio")]
+        ratio: f64,
+        /// Its standard error a direction, meters; 0 for its cell alone.
+        #[serde(default)]
+        radius_meters: f64,
+        /// What it is.
+        #[serde(default)]
+        note: String,
+    },
+    /// Mark the cells of a polygon that others have searched without a find.
+    Searched {
+        /// Its corners.
+        corners: Vec<Corner>,
+        /// Their probability of detection, [`LEAST_POD`] to [`MOST_POD`].
+        #[serde(default = "usual_pod")]
+        pod: f64,
+        /// Who has searched.
+        #[serde(default)]
+        note: String,
+    },
+    /// Withdraw a mark.
+    Withdraw {
+        /// Its name: [`crate::frame::MarkFrame::id`].
+        mark: String,
     },
     /// Decide about a find.
     Find {
@@ -83,14 +108,23 @@ fn a_number<'de, D: Deserializer<'de>>(number: D) -> Result<Option<u16>, D::Erro
     u16::deserialize(number).map(Some)
 }
 
-/// Names of marks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum MarkName {
-    /// [`Mark::Searched`].
-    Searched,
-    /// [`Mark::Clue`].
-    Clue,
+/// The least likelihood ratio of a clue.
+pub const LEAST_RATIO: f64 = 1.001;
+/// The greatest likelihood ratio of a clue.
+pub const MOST_RATIO: f64 = 1000.0;
+/// The least probability of detection of a search of others.
+pub const LEAST_POD: f64 = 0.001;
+/// The greatest probability of detection of a search of others.
+pub const MOST_POD: f64 = 0.999;
+
+/// Of a clue of which nothing else is said.
+const fn usual_ratio() -> f64 {
+    10.0
+}
+
+/// Of a search of which nothing else is said: a thorough one.
+const fn usual_pod() -> f64 {
+    0.8
 }
 
 /// Names of zones.
@@ -136,7 +170,7 @@ pub enum AskError {
     },
     /// A cell in which nothing is searched.
     #[error(
-        "cell [{row}, {column}] is not searched, so that a mark there has no effect: add a polygon around it first"
+        "nothing is searched near cell [{row}, {column}], so that a clue there has no effect: add a polygon around it first"
     )]
     NotSearched {
         /// The given row.
@@ -144,6 +178,26 @@ pub enum AskError {
         /// The given column.
         column: u32,
     },
+    /// No searched cell in a polygon.
+    #[error("no cell in it is searched, so that a search of others there has no effect")]
+    NothingSearched,
+    /// A clue with a radius beyond what can be told.
+    #[error("a radius of {found} m; allowed are 0 to {most:.0} m, 100 cells of this map")]
+    Radius {
+        /// The given radius, meters.
+        found: f64,
+        /// The greatest, meters.
+        most: f64,
+    },
+    /// No mark of this name counts.
+    #[error("there is no mark {0:?} that counts; the list of marks has their names")]
+    NoMark(String),
+    /// As many marks as there can be, or cells of them.
+    #[error(
+        "there are too many marks, with those that were withdrawn; allowed are {most} with {0} cells together",
+        most = Marks::MOST
+    )]
+    NoRoom(usize),
     /// No robot of the team.
     #[error("there is no robot {robot}; the team has robots {first} to {last}")]
     Robot {
@@ -230,7 +284,11 @@ impl Ask {
             Self::Resume { robot } => order(view, robot, TeamOrder::Search),
             Self::Return { robot } => order(view, robot, TeamOrder::Return),
             Self::Go { robot, row, column } => go(view, robot, Position { row, column }),
-            Self::Mark { row, column, r#as } => mark(view, Position { row, column }, r#as),
+            Self::Clue { row, column, ratio, radius_meters, note } => {
+                clue(view, Position { row, column }, (ratio, radius_meters), note)
+            }
+            Self::Searched { corners, pod, note } => searched(view, &corners, pod, note),
+            Self::Withdraw { mark } => withdraw(view, mark),
             Self::Find { row, column, r#as } => decide(view, Position { row, column }, r#as),
             Self::Search { corners } => search(view, &corners),
             Self::Zone { corners, r#as } => zone(view, &corners, r#as),
@@ -326,24 +384,79 @@ fn decide(view: &View, at: Position, name: DecisionName) -> Result<(Command, Str
     Ok((Command::Judge(decision, cell), format!("The find in cell [{row}, {column}] is {effect}.")))
 }
 
-fn mark(view: &View, at: Position, name: MarkName) -> Result<(Command, String), AskError> {
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the allowed ranges")]
+fn clue(
+    view: &View,
+    at: Position,
+    (ratio, radius_meters): (f64, f64),
+    note: String,
+) -> Result<(Command, String), AskError> {
     let (cell, Position { row, column }) = (cell_at(view, at)?, at);
-    if !view.terrain().is_searched(cell) {
+    let cell_meters = view.terrain().cell_meters();
+    let most = f64::from(Clue::MAX_RADIUS_HUNDREDTHS) / 100.0 * cell_meters;
+    if radius_meters > most {
+        return Err(AskError::Radius { found: radius_meters, most });
+    }
+    let mark = Mark::Clue(Clue {
+        cell,
+        ratio_thousandths: (ratio * 1000.0).round() as u32,
+        radius_hundredths: (radius_meters / cell_meters * 100.0).round() as u32,
+    });
+    let is_searched = |&(cell, _): &(Cell, _)| view.terrain().is_searched(cell);
+    if !mark.evidence(view.terrain().grid()).iter().any(is_searched) {
         return Err(AskError::NotSearched { row, column });
     }
-    let (mark, what) = match name {
-        MarkName::Searched => (Mark::Searched, "searched"),
-        MarkName::Clue => (Mark::Clue, "a clue"),
-    };
-    let by = Mark::STRENGTH_NATS.exp();
-    let moved = match mark {
-        Mark::Searched => "lower",
-        Mark::Clue => "higher",
+    has_room(view, 1)?;
+    let spread = if radius_meters > 0.0 {
+        let there = 1.0 + (ratio - 1.0) * (-0.5_f64).exp();
+        format!(", {there:.1} times at {radius_meters} m from there, and as before far away")
+    } else {
+        String::new()
     };
     let answer = format!(
-        "Cell [{row}, {column}] is marked as {what}: the odds of an object there are {by:.0} times {moved}."
+        "Clue in cell [{row}, {column}]: the odds of an object are {ratio} times higher there{spread}."
     );
-    Ok((Command::Mark(mark, cell), answer))
+    Ok((Command::Mark(mark, note), answer))
+}
+
+fn has_room(view: &View, cells: usize) -> Result<(), AskError> {
+    let grid = view.terrain().grid();
+    if view.fold().marks().has_room(grid, cells) {
+        Ok(())
+    } else {
+        Err(AskError::NoRoom(Marks::most_cells(grid)))
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the allowed range")]
+fn searched(view: &View, corners: &[Corner], pod: f64, note: String) -> Result<(Command, String), AskError> {
+    let inside = polygon::cells_within(view.terrain().grid(), corners)?;
+    let cells: BTreeSet<Cell> = inside.into_iter().filter(|&cell| view.terrain().is_searched(cell)).collect();
+    if cells.is_empty() {
+        return Err(AskError::NothingSearched);
+    }
+    has_room(view, cells.len())?;
+    let (count, percent) = (cells.len(), pod * 100.0);
+    let answer = format!(
+        "{count} cell{} marked as searched by others: they have found {percent:.0} % of what is there.",
+        if count == 1 { " is" } else { "s are" }
+    );
+    let pod_thousandths = (pod * 1000.0).round() as u16;
+    Ok((Command::Mark(Mark::Searched(Searched { cells, pod_thousandths }), note), answer))
+}
+
+fn withdraw(view: &View, name: String) -> Result<(Command, String), AskError> {
+    let known = name.parse().ok().and_then(|id: MarkId| Some((id, view.fold().marks().of(id)?)));
+    match known {
+        Some((id, marked)) if !marked.is_withdrawn => {
+            let what = match &marked.mark {
+                Mark::Clue(_) => "The clue",
+                Mark::Searched(_) => "The search of others",
+            };
+            Ok((Command::Unmark(id), format!("{what} is withdrawn, and counts no longer.")))
+        }
+        _ => Err(AskError::NoMark(name)),
+    }
 }
 
 fn zone(view: &View, corners: &[Corner], name: ZoneName) -> Result<(Command, String), AskError> {

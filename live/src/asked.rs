@@ -2,7 +2,9 @@
 
 use serde_json::{Map, Value};
 
-use crate::ask::Ask;
+use dragnet_proto::marks::Marked;
+
+use crate::ask::{Ask, LEAST_POD, LEAST_RATIO, MOST_POD, MOST_RATIO};
 
 /// The most characters of a text that are repeated in an answer to it.
 const MOST_SHOWN: usize = 40;
@@ -23,7 +25,9 @@ struct Field {
 /// Allowed values of a field.
 enum Allowed {
     Whole { most: u64 },
+    Number { least: f64, most: f64 },
     OneOf(&'static [&'static str]),
+    Text { most_bytes: usize },
     Corners,
 }
 
@@ -32,14 +36,25 @@ const ONE_ROBOT: Field =
 const ROBOT: Field = Field { is_needed: false, ..ONE_ROBOT };
 const ROW: Field = Field { name: "row", value: Allowed::Whole { most: u32::MAX as u64 }, is_needed: true };
 const COLUMN: Field = Field { name: "column", ..ROW };
-const MARK: Field = Field { name: "as", value: Allowed::OneOf(&["searched", "clue"]), is_needed: true };
+const RATIO: Field = Field {
+    name: "ratio",
+    value: Allowed::Number { least: LEAST_RATIO, most: MOST_RATIO },
+    is_needed: false,
+};
+const RADIUS: Field =
+    Field { name: "radius_meters", value: Allowed::Number { least: 0.0, most: 1e6 }, is_needed: false };
+const POD: Field =
+    Field { name: "pod", value: Allowed::Number { least: LEAST_POD, most: MOST_POD }, is_needed: false };
+const NOTE: Field =
+    Field { name: "note", value: Allowed::Text { most_bytes: Marked::MAX_NOTE_BYTES }, is_needed: false };
+const MARK: Field = Field { name: "mark", value: Allowed::Text { most_bytes: 20 }, is_needed: true };
 const DECISION: Field =
     Field { name: "as", value: Allowed::OneOf(&["confirmed", "dismissed", "undone"]), is_needed: true };
 const ZONE: Field = Field { name: "as", value: Allowed::OneOf(&["no_go", "skip", "open"]), is_needed: true };
 const CORNERS: Field = Field { name: "corners", value: Allowed::Corners, is_needed: true };
 
 /// All commands.
-const FORMS: [Form; 8] = [
+const FORMS: [Form; 10] = [
     Form { name: "pause", fields: &[ROBOT], example: r#"{"command": "pause", "robot": 2}"# },
     Form { name: "resume", fields: &[ROBOT], example: r#"{"command": "resume", "robot": 2}"# },
     Form { name: "return", fields: &[ROBOT], example: r#"{"command": "return", "robot": 2}"# },
@@ -49,10 +64,16 @@ const FORMS: [Form; 8] = [
         example: r#"{"command": "go", "robot": 2, "row": 3, "column": 4}"#,
     },
     Form {
-        name: "mark",
-        fields: &[ROW, COLUMN, MARK],
-        example: r#"{"command": "mark", "row": 3, "column": 4, "as": "clue"}"#,
+        name: "clue",
+        fields: &[ROW, COLUMN, RATIO, RADIUS, NOTE],
+        example: r#"{"command": "clue", "row": 3, "column": 4, "ratio": 20, "radius_meters": 50, "note": "a glove"}"#,
     },
+    Form {
+        name: "searched",
+        fields: &[CORNERS, POD, NOTE],
+        example: r#"{"command": "searched", "corners": [[0, 0], [9, 0], [9, 5]], "pod": 0.8, "note": "team 2"}"#,
+    },
+    Form { name: "withdraw", fields: &[MARK], example: r#"{"command": "withdraw", "mark": "61000000000"}"# },
     Form {
         name: "find",
         fields: &[ROW, COLUMN, DECISION],
@@ -74,7 +95,9 @@ impl Allowed {
     fn includes(&self, value: &Value) -> bool {
         match self {
             Self::Whole { most } => value.as_u64().is_some_and(|number| number <= *most),
+            Self::Number { least, most } => value.as_f64().is_some_and(|it| (*least..=*most).contains(&it)),
             Self::OneOf(names) => value.as_str().is_some_and(|name| names.contains(&name)),
+            Self::Text { most_bytes } => value.as_str().is_some_and(|text| text.len() <= *most_bytes),
             Self::Corners => value.as_array().is_some_and(|corners| corners.iter().all(is_corner)),
         }
     }
@@ -82,6 +105,8 @@ impl Allowed {
     fn words(&self) -> String {
         match self {
             Self::Whole { most } => format!("a whole number from 0 to {most}"),
+            Self::Number { least, most } => format!("a number from {least} to {most}"),
+            Self::Text { most_bytes } => format!("a text of at most {most_bytes} bytes"),
             Self::OneOf(names) => {
                 listed(&names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>(), "or")
             }
@@ -178,7 +203,7 @@ mod tests {
     fn what_is_no_command_is_told_in_plain_words_with_what_is_allowed_and_an_example() {
         let check =
             |text: &str, expected: &str| assert_eq!(read(text), Err(format!("no command: {expected}")));
-        let all = "allowed are pause, resume, return, go, mark, find, search and zone, such as {\"command\": \"pause\", \"robot\": 2}";
+        let all = "allowed are pause, resume, return, go, clue, searched, withdraw, find, search and zone, such as {\"command\": \"pause\", \"robot\": 2}";
         check("pause", &format!("the text is not valid JSON; {all}"));
         check("[1]", &format!("the JSON is not an object; {all}"));
         check("{}", &format!("the field \"command\" is missing; {all}"));
@@ -204,6 +229,15 @@ mod tests {
         check(
             r#"{"command":"go","robot":2,"row":3}"#,
             &format!("go needs the field \"column\": allowed is a whole number from 0 to 4294967295, {go}"),
+        );
+        let clue = "such as {\"command\": \"clue\", \"row\": 3, \"column\": 4, \"ratio\": 20, \"radius_meters\": 50, \"note\": \"a glove\"}";
+        check(
+            r#"{"command":"clue","row":1,"column":1,"ratio":1}"#,
+            &format!("\"ratio\" of clue is 1; allowed is a number from 1.001 to 1000, {clue}"),
+        );
+        check(
+            r#"{"command":"clue","row":1,"column":1,"note":7}"#,
+            &format!("\"note\" of clue is 7; allowed is a text of at most 240 bytes, {clue}"),
         );
         let find = "such as {\"command\": \"find\", \"row\": 3, \"column\": 4, \"as\": \"confirmed\"}";
         check(

@@ -57,6 +57,7 @@ assets! {
     "/grid.js", "text/javascript; charset=utf-8", "dist/grid.js";
     "/layers.js", "text/javascript; charset=utf-8", "dist/layers.js";
     "/map.js", "text/javascript; charset=utf-8", "dist/map.js";
+    "/marks.js", "text/javascript; charset=utf-8", "dist/marks.js";
     "/measure.js", "text/javascript; charset=utf-8", "dist/measure.js";
     "/mission.js", "text/javascript; charset=utf-8", "dist/mission.js";
     "/orders.js", "text/javascript; charset=utf-8", "dist/orders.js";

@@ -3,13 +3,15 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use dragnet_coordinator::finds::Find;
-use dragnet_proto::command::Mark;
 use dragnet_proto::directive::TeamOrder;
+use dragnet_proto::marks::{MarkId, Marked, Marks};
 use dragnet_proto::orders::{NumberedOrder, RobotOrder};
 use dragnet_proto::runs::runs;
 use dragnet_proto::verdict::Decision;
 use dragnet_proto::zones::{Zone, Zones};
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
+use dragnet_search::mark::{Mark, Searched};
 use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::one_subject::SubjectPosterior;
 use dragnet_search::terrain::Terrain;
@@ -106,6 +108,9 @@ pub struct Frame {
     /// nothing has changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zones: Option<Vec<[u32; 3]>>,
+    /// The operator's marks that count, in the order in which they were made. Absent if nothing has changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marked: Option<Vec<MarkFrame>>,
     /// Robots, by number.
     pub robots: Vec<RobotFrame>,
     /// Declared objects.
@@ -201,12 +206,38 @@ pub struct DismissedFrame {
     pub robot: Option<u16>,
 }
 
+/// A mark of the operator.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MarkFrame {
+    /// Its name, as the command `withdraw` takes it: a number that may be too long for a browser's.
+    pub id: String,
+    /// When it was made, seconds.
+    pub time: f64,
+    /// The operator's words; may be empty.
+    pub note: String,
+    /// A clue's cell, by number; a search of others has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cell: Option<u32>,
+    /// A clue's likelihood ratio.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<f64>,
+    /// A clue's standard error a direction, meters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_meters: Option<f64>,
+    /// The cells of a search of others: runs `[first, count]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<Vec<[u32; 2]>>,
+    /// Its probability of detection, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pod: Option<f64>,
+}
+
 /// A command of the operator, and the robots that have it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OrderFrame {
     /// When it was given, seconds.
     pub time: f64,
-    /// `resume`, `go`, `return`, `pause`, `area`, `open`, `skip`, `no_go`, `searched`, `clue`, `confirmed`, `dismissed` or `undone`.
+    /// `resume`, `go`, `return`, `pause`, `area`, `open`, `skip`, `no_go`, `searched`, `clue`, `withdraw`, `confirmed`, `dismissed` or `undone`.
     pub what: &'static str,
     /// The robot that it is for; that of all robots has none.
     pub robot: Option<u16>,
@@ -230,6 +261,7 @@ pub struct Shown {
     steps: BTreeMap<RobotId, u64>,
     orders: Option<Vec<OrderFrame>>,
     zones: Option<Zones>,
+    marks: Option<Marks>,
 }
 
 /// The belief in a cell, in 255 steps of its log-odds from [`LEAST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
@@ -275,6 +307,7 @@ impl Frame {
             changes,
             out_of_reach: out_of_reach(view, added, &mut shown.reach),
             zones: zones(view, &mut shown.zones),
+            marked: marked(view, &mut shown.marks),
             robots: robots(view, &mut shown.steps),
             declared: declared(view, subject.as_ref()),
             dismissed: dismissed(view),
@@ -341,6 +374,34 @@ fn zones(view: &View, shown: &mut Option<Zones>) -> Option<Vec<[u32; 3]>> {
     *shown = Some(zones.clone());
     let closed = zones.iter().map(|(cell, entry)| (cell, entry.value)).filter(|it| it.1 != Zone::Open);
     Some(runs(closed).into_iter().map(|run| [run.first, run.count, run.value.number().into()]).collect())
+}
+
+fn marked(view: &View, shown: &mut Option<Marks>) -> Option<Vec<MarkFrame>> {
+    let marks = view.fold().marks();
+    if shown.as_ref() == Some(marks) {
+        return None;
+    }
+    *shown = Some(marks.clone());
+    let cell_meters = view.terrain().cell_meters();
+    Some(marks.standing().map(|(id, marked)| MarkFrame::of(id, &marked, cell_meters)).collect())
+}
+
+impl MarkFrame {
+    fn of(id: MarkId, marked: &Marked, cell_meters: f64) -> Self {
+        let clue = if let Mark::Clue(clue) = &marked.mark { Some(clue) } else { None };
+        let search = if let Mark::Searched(search) = &marked.mark { Some(search) } else { None };
+        let cells = search.map(|search| runs(search.cells.iter().map(|&cell| (cell, ()))));
+        Self {
+            id: id.to_string(),
+            time: MissionTime(id).as_seconds(),
+            note: marked.note.clone(),
+            cell: clue.map(|clue| clue.cell.number()),
+            ratio: clue.map(|clue| f64::from(clue.ratio_thousandths) / 1000.0),
+            radius_meters: clue.map(|clue| f64::from(clue.radius_hundredths) / 100.0 * cell_meters),
+            cells: cells.map(|runs| runs.iter().map(|run| [run.first, run.count]).collect()),
+            pod: search.map(Searched::probability_of_detection),
+        }
+    }
 }
 
 fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
@@ -425,6 +486,15 @@ const fn zone_word(zone: Zone) -> &'static str {
     }
 }
 
+/// The command for a mark, and the cell of a clue.
+fn mark_word(marked: &Marked) -> (&'static str, Option<Cell>) {
+    let (what, cell) = match &marked.mark {
+        Mark::Searched(_) => ("searched", None),
+        Mark::Clue(clue) => ("clue", Some(clue.cell)),
+    };
+    (if marked.is_withdrawn { "withdraw" } else { what }, cell)
+}
+
 fn order_frame(Acknowledged { time, order, has }: &Acknowledged, robots: &[RobotId]) -> OrderFrame {
     let (what, cell) = match order {
         Order::Team(_, order) => (order_word((*order).into()), None),
@@ -433,14 +503,14 @@ fn order_frame(Acknowledged { time, order, has }: &Acknowledged, robots: &[Robot
         }
         Order::Area(_) => ("area", None),
         Order::Zone(zone, _) => (zone_word(zone.value), None),
-        Order::Mark { mark: Mark::Searched, cell, .. } => ("searched", Some(*cell)),
-        Order::Mark { mark: Mark::Clue, cell, .. } => ("clue", Some(*cell)),
+        Order::Mark(_, entry) => mark_word(&entry.value),
         Order::Verdict(cell, verdict) => (verdict.decision.word().unwrap_or("undone"), Some(*cell)),
     };
     let cells = match order {
         Order::Team(..) | Order::Robot(..) => 0,
         Order::Area(cells) | Order::Zone(_, cells) => cells.len(),
-        Order::Mark { .. } | Order::Verdict(..) => 1,
+        Order::Mark(_, entry) => entry.value.mark.cell_count(),
+        Order::Verdict(..) => 1,
     };
     let concerned = robots.iter().filter(|&&robot| order.concerns(robot));
     let (has, waits) = concerned.partition::<Vec<RobotId>, _>(|robot| has.contains(robot));

@@ -1,18 +1,18 @@
 //! Acknowledgements: the operator's last commands, and the robots that are known to have received each.
 //!
-//! Robots send nothing for them. A heartbeat holds the directive and the version vector that its robot knows, which
-//! include an order to all, an added area or a mark; a robot that knows verdicts, orders to single robots, or zones
-//! publishes them. A command that reaches a robot through others is acknowledged too, once the coordinator receives a
+//! Robots send nothing for them. A heartbeat holds the directive that its robot knows, with an order to all and added
+//! areas; a robot that knows verdicts, orders to single robots, zones or marks publishes them. A command that reaches a robot through others is acknowledged too, once the coordinator receives a
 //! message of that robot. A later order in the place of another acknowledges that one only if it is one of these
 //! commands: robots may know an order of a later number that is older than any.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::news::{self, Given};
-use dragnet_proto::command::Mark;
 use dragnet_proto::directive::{Directive, TeamOrder};
-use dragnet_proto::message::{Heartbeat, OrderReport, VerdictReport, ZoneReport};
+use dragnet_proto::marks::{MarkId, Marked, Marks};
+use dragnet_proto::message::{Heartbeat, MarkReport, OrderReport, VerdictReport, ZoneReport};
 use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
@@ -20,7 +20,7 @@ use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, Origin, RobotId, Source};
+use dragnet_search::observation::RobotId;
 
 /// Number of commands whose acknowledgement is followed.
 const MOST: usize = 5;
@@ -36,17 +36,8 @@ pub enum Order {
     Area(BTreeSet<Cell>),
     /// Cells are taken out of the search, or opened again.
     Zone(Numbered<Zone>, BTreeSet<Cell>),
-    /// A cell is marked.
-    Mark {
-        /// The mark.
-        mark: Mark,
-        /// The cell.
-        cell: Cell,
-        /// The origin of its observation.
-        origin: Origin,
-        /// Its number there.
-        sequence: u64,
-    },
+    /// Something is marked, or the mark withdrawn.
+    Mark(MarkId, Numbered<Arc<Marked>>),
     /// A find is confirmed or dismissed, or that is undone.
     Verdict(Cell, Verdict),
 }
@@ -72,6 +63,7 @@ pub struct Orders {
     verdicts: Verdicts,
     has_heard: bool,
     zones: Zones,
+    marks: Marks,
 }
 
 impl Order {
@@ -123,12 +115,10 @@ impl Orders {
     pub(crate) fn take(&mut self, now: MissionTime, record: &Record) {
         match record {
             Record::Status(status) => self.direct(now, &status.directive),
-            Record::Observation(observation) if observation.origin.source == Source::Operator => {
-                self.mark(now, observation);
-            }
             Record::Verdicts(report) => self.judge(now, report),
             Record::Orders(report) => self.direct_robots(now, report),
             Record::Zones(report) => self.zone(now, report),
+            Record::Marks(report) => self.mark(now, report),
             Record::Heartbeat(heartbeat) => self.beat(heartbeat),
             _ => {}
         }
@@ -166,12 +156,17 @@ impl Orders {
         }
     }
 
-    fn mark(&mut self, now: MissionTime, observation: &Observation) {
-        let Observation { origin, sequence, time_ns, ref readings, .. } = *observation;
-        let given = if time_ns < now.0 { Given::Before(MissionTime(time_ns)) } else { Given::Now };
-        for reading in readings {
-            let mark = if reading.value < 0.5 { Mark::Searched } else { Mark::Clue };
-            self.list(now, given, Order::Mark { mark, cell: reading.cell, origin, sequence });
+    fn mark(&mut self, now: MissionTime, report: &MarkReport) {
+        if let Participant::Robot(robot) = report.from {
+            self.acknowledge(robot, |order| match order {
+                Order::Mark(id, entry) => report.marks.includes(*id, entry),
+                _ => false,
+            });
+            return;
+        }
+        let before = std::mem::replace(&mut self.marks, report.marks.clone());
+        for (id, entry, given) in news::marks(&before, &report.marks, now) {
+            self.list(now, given, Order::Mark(id, entry));
         }
     }
 
@@ -208,7 +203,7 @@ impl Orders {
     fn zone(&mut self, now: MissionTime, report: &ZoneReport) {
         if let Participant::Robot(robot) = report.from {
             self.acknowledge(robot, |order| match order {
-                Order::Zone(zone, cells) => cells.iter().all(|&cell| report.zones.includes(cell, *zone)),
+                Order::Zone(zone, cells) => cells.iter().all(|&cell| report.zones.includes(cell, zone)),
                 _ => false,
             });
             return;
@@ -220,17 +215,14 @@ impl Orders {
     }
 
     fn beat(&mut self, heartbeat: &Heartbeat) {
-        let Heartbeat { directive, versions, .. } = heartbeat;
+        let directive = &heartbeat.directive;
         self.has_heard = true;
         let known = directive.numbered_order();
         let is_listed = self.lists(&Order::Team(known.0, known.1));
         self.acknowledge(heartbeat.robot, |order| match order {
             Order::Team(number, order) => is_listed && known >= (*number, *order),
             Order::Area(cells) => cells.is_subset(&directive.added),
-            Order::Mark { origin, sequence, .. } => {
-                versions.iter().any(|version| version.origin == *origin && version.next > *sequence)
-            }
-            Order::Verdict(..) | Order::Robot(..) | Order::Zone(..) => false,
+            Order::Verdict(..) | Order::Robot(..) | Order::Zone(..) | Order::Mark(..) => false,
         });
     }
 

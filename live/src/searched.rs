@@ -1,4 +1,4 @@
-//! How thoroughly the cells were searched so far: their probability of detection.
+//! How thoroughly the cells were searched so far, by robots and others: their probability of detection.
 
 use dragnet_coordinator::fold::MissionFold;
 use dragnet_search::cell::Cell;
@@ -41,7 +41,8 @@ impl Searched {
         let belief = fold.belief();
         for &cell in cells {
             let (prior_nats, evidence) = (belief.prior_log_odds_nats(cell), belief.evidence().of(cell));
-            let pod = probability_of_detection(prior_nats, evidence, self.detection_threshold) as f32;
+            let missed = 1.0 - probability_of_detection(prior_nats, evidence, self.detection_threshold);
+            let pod = (1.0 - missed * (1.0 - fold.marks().probability_of_detection(cell))) as f32;
             let before = std::mem::replace(&mut self.pod[cell.index()], pod);
             self.detected += belief.prior_probability(cell) * f64::from(pod - before);
         }

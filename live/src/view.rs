@@ -102,6 +102,7 @@ pub struct View {
     finders: BTreeMap<Cell, Source>,
     curve: Curve,
     observations: u64,
+    /// The operator's marks that recordings of earlier versions hold as observations.
     marks: u64,
     orders: Orders,
     /// Arrival times of messages, in the last [`MESSAGE_SPAN`].
@@ -189,10 +190,13 @@ impl View {
         };
         self.orders.take(self.now, record);
         let before = self.entropy_of(&seen);
-        let Change { moved, added, .. } = self.fold.take(record);
+        let Change { moved, added, marked, .. } = self.fold.take(record);
         self.entropy_nats += self.entropy_of(&seen) - before + self.entropy_of(&added);
         self.searched.add(&self.fold, added.iter().copied());
         self.searched.update(&self.fold, &[seen, added].concat());
+        if !marked.is_empty() {
+            self.mark(&marked);
+        }
         if let Some((robot, cell)) = moved {
             self.walk(robot, cell);
         }
@@ -200,7 +204,7 @@ impl View {
             Record::Observation(observation) => self.observe(observation),
             Record::Intent(_) => self.received.push_back(self.now),
             Record::Heartbeat(heartbeat) => self.receive(heartbeat),
-            Record::Status(_) | Record::Verdicts(_) => self.plot(),
+            Record::Status(_) | Record::Verdicts(_) | Record::Marks(_) => self.plot(),
             // These follow from the records above, or are of [`Orders`] and the fold alone.
             Record::Orders(_)
             | Record::Zones(_)
@@ -218,11 +222,19 @@ impl View {
         }
     }
 
-    /// Notes which observation made a cell reach the detection threshold; a find that was dismissed keeps its finder.
-    fn credit(&mut self, observation: &Observation) {
-        for cell in observation.readings.iter().map(|reading| reading.cell) {
+    /// The operator's marks concern these cells.
+    fn mark(&mut self, cells: &[Cell]) {
+        // Marks are few: they may move any number of cells.
+        self.entropy_nats = self.belief().entropy_nats(self.terrain());
+        self.searched.update(&self.fold, cells);
+        self.credit(Source::Operator, cells.iter().copied());
+    }
+
+    /// Notes whose evidence made cells reach the detection threshold; a find that was dismissed keeps its finder.
+    fn credit(&mut self, source: Source, cells: impl Iterator<Item = Cell>) {
+        for cell in cells {
             if self.fold.belief().is_found(cell, self.about.detection_threshold) {
-                self.finders.entry(cell).or_insert(observation.origin.source);
+                self.finders.entry(cell).or_insert(source);
             } else if self.fold.verdicts().decision(cell).is_none() {
                 self.finders.remove(&cell);
             }
@@ -230,7 +242,7 @@ impl View {
     }
 
     fn observe(&mut self, observation: &Observation) {
-        self.credit(observation);
+        self.credit(observation.origin.source, observation.readings.iter().map(|reading| reading.cell));
         if let Source::Robot(robot) = observation.origin.source {
             self.received.push_back(self.now);
             self.observations += 1;
@@ -346,7 +358,7 @@ impl View {
     /// The probability of detection of a cell, 0 to 1; `None` if it was never observed.
     #[must_use]
     pub fn pod(&self, cell: Cell) -> Option<f32> {
-        let is_seen = self.belief().evidence().of(cell).precision > 0;
+        let is_seen = self.belief().evidence().of(cell).precision > 0 || self.searched.pod(cell) > 0.0;
         (is_seen && self.terrain().is_searched(cell)).then(|| self.searched.pod(cell))
     }
 
@@ -376,8 +388,8 @@ impl View {
 
     /// Numbers of observations of robots and of operator marks.
     #[must_use]
-    pub const fn counts(&self) -> (u64, u64) {
-        (self.observations, self.marks)
+    pub fn counts(&self) -> (u64, u64) {
+        (self.observations, self.marks + self.fold.marks().standing().count() as u64)
     }
 
     /// The operator's last commands, and who has them.

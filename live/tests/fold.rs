@@ -15,7 +15,7 @@ use dragnet_live::ask::Ask;
 use dragnet_live::frame::{Frame, Hello, OrderFrame, Shown};
 use dragnet_live::replay::{Replay, about};
 use dragnet_live::view::{About, State, View};
-use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::command::Command;
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::message::{Message, OrderReport, VerdictReport};
 use dragnet_proto::orders::RobotOrder;
@@ -29,6 +29,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::detection::probability_of_detection;
 use dragnet_search::evidence::Digest;
+use dragnet_search::mark::{Clue, Mark, Searched};
 use dragnet_search::observation::RobotId;
 use dragnet_sim::episode;
 use dragnet_sim::participants::{LocalParticipants, Participants};
@@ -110,6 +111,12 @@ fn play() -> Played {
         grid.cells().filter(|&cell| !scenario.terrain().is_searched(cell)).take(4).collect();
     let mut robots = episode::team(&scenario, 5, Agent::new);
     let cells = |numbers: &[u32]| numbers.iter().filter_map(|&number| grid.cell_numbered(number)).collect();
+    let cell = grid.cell_numbered(3).unwrap();
+    let clue = Mark::Clue(Clue { cell, ratio_thousandths: 5_000, radius_hundredths: 150 });
+    let searched = |numbers: &[u32]| {
+        let cells = numbers.iter().filter_map(|&number| grid.cell_numbered(number)).collect();
+        Mark::Searched(Searched { cells, pod_thousandths: 700 })
+    };
     let commands = vec![
         (270, Command::Team(TeamOrder::Search)),
         (260, Command::Team(TeamOrder::Return)),
@@ -118,14 +125,16 @@ fn play() -> Played {
         (220, Command::Robot(RobotId::FIRST, RobotOrder::Go(grid.cell_numbered(16).unwrap()))),
         (210, Command::Judge(Decision::Undone, grid.cell_numbered(5).unwrap())),
         (200, Command::Team(TeamOrder::Pause)),
+        (180, Command::Unmark(152_500_000_000)),
         (170, Command::Judge(Decision::Dismissed, grid.cell_numbered(14).unwrap())),
         (160, Command::Judge(Decision::Confirmed, grid.cell_numbered(5).unwrap())),
         (155, Command::Zone(Zone::Open, cells(&[30, 31]))),
-        (150, Command::Mark(Mark::Clue, added[0])),
+        (152, Command::Mark(searched(&[16, 17]), "withdrawn".to_owned())),
+        (150, Command::Mark(searched(&[added[0].number(), 17]), "team 2".to_owned())),
         (140, Command::Zone(Zone::Skip, cells(&[31, 32]))),
         (130, Command::Zone(Zone::NoGo, cells(&[30, 31]))),
         (125, Command::Search(added.clone())),
-        (100, Command::Mark(Mark::Searched, grid.cell_numbered(3).unwrap())),
+        (100, Command::Mark(clue, "a glove".to_owned())),
     ];
     let participants = LocalParticipants::new(&mut robots, Some(&mut node));
     let mut participants = Commanded { participants, commands };
@@ -192,6 +201,12 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         shown[60]
     );
     assert!(shown[60].contains("\"marks\":2") && shown[60].contains("\"added\":4"), "{}", shown[60]);
+    assert!(shown[60].contains("\"note\":\"a glove\",\"cell\":3,\"ratio\":5.0,\"radius_meters\":"));
+    assert!(shown[60].contains("\"note\":\"team 2\",\"cells\":") && shown[60].contains("\"pod\":0.7}"));
+    assert!(
+        shown.iter().any(|frame| frame.contains("\"note\":\"withdrawn\""))
+            && !shown[60].contains("\"withdrawn\"")
+    );
 }
 
 #[test]
@@ -253,18 +268,20 @@ fn the_searched_layer_is_the_probability_of_detection() {
     let (mut mass, mut detected, mut unseen) = (0.0, 0.0, 0);
     for cell in terrain.searched_cells() {
         let evidence = belief.evidence().of(cell);
-        let expected = probability_of_detection(belief.prior_log_odds_nats(cell), evidence, 0.95);
+        let by_robots = probability_of_detection(belief.prior_log_odds_nats(cell), evidence, 0.95);
+        let is_marked = cell == added[0] || cell.number() == 17;
+        let expected = if is_marked { 1.0 - (1.0 - by_robots) * 0.3 } else { by_robots };
         match view.pod(cell) {
             Some(pod) => assert!((f64::from(pod) - expected).abs() < 1e-6, "{pod} {expected}"),
             None => unseen += 1,
         }
-        assert_eq!(view.pod(cell).is_some(), evidence.precision > 0);
+        assert_eq!(view.pod(cell).is_some(), evidence.precision > 0 || is_marked);
         mass += belief.prior_probability(cell);
         detected += belief.prior_probability(cell) * expected;
     }
     assert!((view.total_pod() - detected / mass).abs() < 1e-5, "{} {}", view.total_pod(), detected / mass);
     assert!(view.total_pod() > 0.3, "{}", view.total_pod());
-    assert!(view.pod(added[0]).is_some(), "an added cell that is marked was observed");
+    assert!(view.pod(added[0]).is_some(), "an added cell that is marked was searched");
     let outside = terrain.grid().cells().find(|&cell| !terrain.is_searched(cell)).unwrap();
     assert!(view.pod(outside).is_none() && unseen < terrain.searched_cells().count());
 }
@@ -360,6 +377,7 @@ fn every_command_is_acknowledged_by_the_robots_that_have_it() {
         "searched",
         "skip",
         "undone",
+        "withdraw",
     ];
     assert_eq!(answered, all.into(), "all have it in the end");
     assert_eq!(waited, all.into(), "one robot has it before the other, and has it only after a while");

@@ -157,6 +157,7 @@ pub fn dated(from: Participant, message: &Message) -> Option<MissionTime> {
         Message::Verdicts(report) => report.time_ns,
         Message::Orders(report) => report.time_ns,
         Message::Zones(report) => report.time_ns,
+        Message::Marks(report) => report.time_ns,
         Message::SyncRequest(_) | Message::SyncReply(_) => return None,
     };
     Some(MissionTime(time_ns))

@@ -7,6 +7,7 @@ mod check;
 mod directive;
 mod error;
 mod field;
+mod marks;
 mod messages;
 mod orders;
 mod packed;
@@ -50,6 +51,7 @@ pub fn encode(message: &Message) -> Vec<u8> {
         Message::Verdicts(report) => cdr::encode(&wire::Verdicts::from(report)),
         Message::Orders(report) => cdr::encode(&wire::Orders::from(report)),
         Message::Zones(report) => cdr::encode(&wire::Zones::from(report)),
+        Message::Marks(report) => cdr::encode(&wire::Marks::from(report)),
     }
 }
 
@@ -88,6 +90,7 @@ pub fn check_sender(message: &Message, sender: Participant) -> Result<(), Conver
         Message::Verdicts(report) => report.from,
         Message::Orders(report) => report.from,
         Message::Zones(report) => report.from,
+        Message::Marks(report) => report.from,
     };
     if author == sender {
         Ok(())
@@ -183,6 +186,7 @@ impl Codec {
             Message::Verdicts(report) => packed::pack(&wire::Verdicts::from(report), map),
             Message::Orders(report) => packed::pack(&wire::Orders::from(report), map),
             Message::Zones(report) => packed::pack(&wire::Zones::from(report), map),
+            Message::Marks(report) => packed::pack(&wire::Marks::from(report), map),
         }
     }
 
@@ -240,6 +244,10 @@ impl Codec {
             MessageKind::Zones => {
                 let (wire, check) = self.read_any::<wire::Zones>(bytes)?;
                 Ok(Message::Zones(check.zones(&wire)?))
+            }
+            MessageKind::Marks => {
+                let (wire, check) = self.read_any::<wire::Marks>(bytes)?;
+                Ok(Message::Marks(check.marks(&wire)?))
             }
         }
     }

@@ -152,6 +152,30 @@ pub struct Zones {
     pub zones: Vec<u8>,
 }
 
+/// `dragnet_msgs/msg/Mark`, see `msg/Mark.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mark {
+    pub version: u8,
+    pub id: u64,
+    pub number: u64,
+    pub withdrawn: bool,
+    pub kind: u8,
+    pub strength: u32,
+    pub radius: u32,
+    pub firsts: Vec<u32>,
+    pub counts: Vec<u32>,
+    pub note: String,
+}
+
+/// `dragnet_msgs/msg/Marks`, see `msg/Marks.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Marks {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub marks: Vec<Mark>,
+}
+
 /// `dragnet_msgs/msg/Step`, see `msg/Step.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Step {

@@ -1,10 +1,10 @@
 //! Zenoh keys of all messages.
 //!
 //! ```text
-//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts,orders,zones}
+//! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts,orders,zones,marks}
 //! dragnet/<mission>/robots/<robot>/alive/<seniority>/<identity>
 //! dragnet/<mission>/robots/<from>/{sync_request,sync_reply}/<to>
-//! dragnet/<mission>/coordinator/{status,observation,verdicts,orders,zones}
+//! dragnet/<mission>/coordinator/{status,verdicts,orders,zones,marks}
 //! dragnet/<mission>/coordinator/alive/<seniority>/<identity>
 //! dragnet/<mission>/coordinator/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
@@ -74,14 +74,14 @@ pub enum Topic {
     },
     /// The coordinator's status, [`MessageKind::MissionStatus`].
     Status,
-    /// The operator's marks, published by the coordinator, [`MessageKind::Observation`].
-    ByHand,
     /// The operator's verdicts as a participant knows them, [`MessageKind::Verdicts`].
     Verdicts(Participant),
     /// The operator's orders to single robots as a participant knows them, [`MessageKind::Orders`].
     Orders(Participant),
     /// The operator's zones as a participant knows them, [`MessageKind::Zones`].
     Zones(Participant),
+    /// The operator's marks as a participant knows them, [`MessageKind::Marks`].
+    Marks(Participant),
     /// Queries of the simulator to a participant, [`crate::step::Step`].
     SimStep(Participant),
     /// The readings of a robot's simulated sensor, [`crate::step::Sensed`].
@@ -104,10 +104,10 @@ impl Topic {
             (MessageKind::SyncRequest, from, Audience::One(to)) => Some(Self::SyncRequest { from, to }),
             (MessageKind::SyncReply, from, Audience::One(to)) => Some(Self::SyncReply { from, to }),
             (MessageKind::MissionStatus, Participant::Coordinator, Audience::All) => Some(Self::Status),
-            (MessageKind::Observation, Participant::Coordinator, Audience::All) => Some(Self::ByHand),
             (MessageKind::Verdicts, from, Audience::All) => Some(Self::Verdicts(from)),
             (MessageKind::Orders, from, Audience::All) => Some(Self::Orders(from)),
             (MessageKind::Zones, from, Audience::All) => Some(Self::Zones(from)),
+            (MessageKind::Marks, from, Audience::All) => Some(Self::Marks(from)),
             _ => None,
         }
     }
@@ -122,10 +122,10 @@ impl Topic {
             Self::SyncRequest { from, .. } => Some((MessageKind::SyncRequest, from)),
             Self::SyncReply { from, .. } => Some((MessageKind::SyncReply, from)),
             Self::Status => Some((MessageKind::MissionStatus, Participant::Coordinator)),
-            Self::ByHand => Some((MessageKind::Observation, Participant::Coordinator)),
             Self::Verdicts(from) => Some((MessageKind::Verdicts, from)),
             Self::Orders(from) => Some((MessageKind::Orders, from)),
             Self::Zones(from) => Some((MessageKind::Zones, from)),
+            Self::Marks(from) => Some((MessageKind::Marks, from)),
             Self::Alive { .. } | Self::SimStep(_) | Self::SimSensed(_) => None,
         }
     }
@@ -148,10 +148,10 @@ impl fmt::Display for Key {
                 write!(formatter, "{}/sync_reply/{}", Home(from), Address(to))
             }
             Topic::Status => write!(formatter, "{COORDINATOR}/status"),
-            Topic::ByHand => write!(formatter, "{COORDINATOR}/observation"),
             Topic::Verdicts(from) => write!(formatter, "{}/verdicts", Home(from)),
             Topic::Orders(from) => write!(formatter, "{}/orders", Home(from)),
             Topic::Zones(from) => write!(formatter, "{}/zones", Home(from)),
+            Topic::Marks(from) => write!(formatter, "{}/marks", Home(from)),
             Topic::SimStep(participant) => write!(formatter, "sim/step/{}", Address(participant)),
             Topic::SimSensed(robot) => write!(formatter, "sim/sensed/{robot}"),
         }
@@ -238,6 +238,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "verdicts"] => Topic::Verdicts(Participant::Robot(number(robot)?)),
         ["robots", robot, "orders"] => Topic::Orders(Participant::Robot(number(robot)?)),
         ["robots", robot, "zones"] => Topic::Zones(Participant::Robot(number(robot)?)),
+        ["robots", robot, "marks"] => Topic::Marks(Participant::Robot(number(robot)?)),
         ["robots", robot, "alive", seniority, identity] => {
             let participant = Participant::Robot(number(robot)?);
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
@@ -250,10 +251,10 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
             Topic::SyncReply { from: Participant::Robot(number(from)?), to: address(to)? }
         }
         [COORDINATOR, "status"] => Topic::Status,
-        [COORDINATOR, "observation"] => Topic::ByHand,
         [COORDINATOR, "verdicts"] => Topic::Verdicts(from_coordinator),
         [COORDINATOR, "orders"] => Topic::Orders(from_coordinator),
         [COORDINATOR, "zones"] => Topic::Zones(from_coordinator),
+        [COORDINATOR, "marks"] => Topic::Marks(from_coordinator),
         [COORDINATOR, "alive", seniority, identity] => {
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
             Topic::Alive { participant: from_coordinator, claim }

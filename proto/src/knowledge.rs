@@ -1,22 +1,23 @@
-//! What a participant knows: the observations that it has counted, the operator's verdicts, and what follows from them.
+//! What a participant knows: the observations that it has counted, the operator's verdicts and marks, and what follows from them.
 //!
-//! Equal sets of observations and equal verdicts give equal knowledge, in any order. So the participants of one process need not hold it
+//! Equal sets of observations and equal verdicts and marks give equal knowledge, in any order. So the participants of one process need not hold it
 //! once each: those that a simulator lets share their knowledge ([`Knowledge::share`]) hold one copy as long as they
 //! have counted the same observations, and the first of them that counts another one computes what all the others
 //! take over. In a large team on a good network nearly all of the work of merging is done once, instead of once a robot.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
-use dragnet_search::cell::Cell;
+use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Observation, ObservationLog, Versions};
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
 
+use crate::marks::Marks;
 use crate::verdict::{Decision, Verdicts};
 
 /// One participant's knowledge. A copy costs nothing until one of them changes.
@@ -33,8 +34,8 @@ pub struct SharedKnowledge {
 }
 
 /// What decides what a participant knows: the sum of the digests of its observations, its prior by address, and the
-/// verdicts. The names of observations would not do: if two robots use one number, different observations have one name.
-type Contents = (u128, usize, Arc<Verdicts>);
+/// verdicts and marks. The names of observations would not do: if two robots use one number, different observations have one name.
+type Contents = (u128, usize, Arc<Verdicts>, Arc<Marks>);
 
 #[derive(Debug)]
 struct State {
@@ -43,6 +44,7 @@ struct State {
     /// Cells that robots can observe, from the cells of all observations.
     reach: Arc<Reach>,
     verdicts: Arc<Verdicts>,
+    marks: Arc<Marks>,
     /// Sum of the digests of the observations; kept only while the knowledge is shared.
     digests: u128,
     derived: Derived,
@@ -60,10 +62,10 @@ struct Derived {
 /// A copy is made to be changed: nobody has counted anything after it.
 impl Clone for State {
     fn clone(&self) -> Self {
-        let Self { log, belief, reach, verdicts, digests, .. } = self;
+        let Self { log, belief, reach, verdicts, marks, digests, .. } = self;
         let (log, belief) = (log.clone(), belief.clone());
-        let (reach, verdicts) = (Arc::clone(reach), Arc::clone(verdicts));
-        Self { log, belief, reach, verdicts, digests: *digests, derived: Derived::default() }
+        let (reach, verdicts, marks) = (Arc::clone(reach), Arc::clone(verdicts), Arc::clone(marks));
+        Self { log, belief, reach, verdicts, marks, digests: *digests, derived: Derived::default() }
     }
 }
 
@@ -74,7 +76,7 @@ impl State {
 
     /// The contents with other observations.
     fn contents_with(&self, digests: u128) -> Contents {
-        (digests, self.belief.prior_address(), Arc::clone(&self.verdicts))
+        (digests, self.belief.prior_address(), Arc::clone(&self.verdicts), Arc::clone(&self.marks))
     }
 
     fn count(&mut self, terrain: &Terrain, sight: Option<Sight>, observation: &Arc<Observation>) {
@@ -93,11 +95,9 @@ impl Knowledge {
     #[must_use]
     pub fn new(terrain: &Terrain, prior: Belief) -> Self {
         let reach = Arc::new(Reach::unknown(terrain.grid()));
-        let (log, verdicts, derived) = Default::default();
-        Self {
-            state: Arc::new(State { log, belief: prior, reach, verdicts, digests: 0, derived }),
-            shared: None,
-        }
+        let (log, verdicts, marks, derived) = Default::default();
+        let state = State { log, belief: prior, reach, verdicts, marks, digests: 0, derived };
+        Self { state: Arc::new(state), shared: None }
     }
 
     /// Shares this knowledge with others of the mission that have the same prior, whenever they have counted the same
@@ -142,6 +142,12 @@ impl Knowledge {
     #[must_use]
     pub fn verdicts(&self) -> &Verdicts {
         &self.state.verdicts
+    }
+
+    /// The operator's marks.
+    #[must_use]
+    pub fn marks(&self) -> &Marks {
+        &self.state.marks
     }
 
     /// The operator's verdicts and, as of a time in nanoseconds, a new one.
@@ -190,6 +196,19 @@ impl Knowledge {
             shared.offer(&mut self.state);
         }
         judged
+    }
+
+    /// Merges marks, as [`Marks::merge_into`]; returns the cells that they concern, `None` if nothing is news.
+    pub fn mark(&mut self, now: MissionTime, marks: &Marks, grid: Grid) -> Option<BTreeSet<Cell>> {
+        if marks.iter().all(|(id, entry)| self.marks().includes(id, &entry)) {
+            return None;
+        }
+        let State { belief, marks: known, .. } = self.state_mut();
+        let marked = Arc::make_mut(known).merge_into(now, marks, grid, belief);
+        if let Some(shared) = &self.shared {
+            shared.offer(&mut self.state);
+        }
+        marked
     }
 
     /// Keeps at most the last `held` observations of each origin in memory. Others that need them all would miss the rest,

@@ -4,7 +4,7 @@
 //! - [`key`], [`sender`], [`clock`]: keys, sending processes, and mission time;
 //! - [`replica`], [`validation`], [`knowledge`]: each observation counts exactly once, and only if it is physically possible;
 //! - [`radio`]: which message a radio with a limited rate sends next;
-//! - [`command`], [`directive`], [`orders`], [`zones`], [`verdict`], [`newest`], [`runs`]: the operator's commands, and how they reach every robot;
+//! - [`command`], [`directive`], [`orders`], [`zones`], [`verdict`], [`marks`], [`newest`], [`runs`]: the operator's commands, and how they reach every robot;
 //! - [`state_machine`]: the contract of robots and coordinator: events in, effects out.
 //!
 //! Only this crate and `dragnet-ros2`, for ROS 2, contain wire formats and key expressions.
@@ -16,6 +16,7 @@ pub mod directive;
 pub mod dragnet_msgs;
 pub mod key;
 pub mod knowledge;
+pub mod marks;
 #[cfg(test)]
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;

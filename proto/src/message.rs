@@ -12,6 +12,7 @@ use dragnet_search::intent::PlannedPath;
 use dragnet_search::observation::{Observation, Origin, RobotId, Versions};
 
 use crate::directive::Directive;
+use crate::marks::Marks;
 use crate::orders::RobotOrders;
 use crate::verdict::Verdicts;
 use crate::zones::Zones;
@@ -28,7 +29,7 @@ pub enum Audience {
 /// A message of one participant to the others.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Message {
-    /// To all: an observation of a robot, or a mark of the operator.
+    /// To all: an observation of a robot.
     Observation(Arc<Observation>),
     /// To all: a robot's plan.
     Intent(Intent),
@@ -46,6 +47,8 @@ pub enum Message {
     Orders(OrderReport),
     /// To all, beside heartbeats and status once there are any: the operator's zones that the sender knows.
     Zones(ZoneReport),
+    /// To all, beside heartbeats and status once there are any: the operator's marks that the sender knows.
+    Marks(MarkReport),
 }
 
 impl Message {
@@ -62,6 +65,7 @@ impl Message {
             Self::Verdicts(_) => MessageKind::Verdicts,
             Self::Orders(_) => MessageKind::Orders,
             Self::Zones(_) => MessageKind::Zones,
+            Self::Marks(_) => MessageKind::Marks,
         }
     }
 }
@@ -87,11 +91,13 @@ pub enum MessageKind {
     Orders,
     /// [`Message::Zones`].
     Zones,
+    /// [`Message::Marks`].
+    Marks,
 }
 
 impl MessageKind {
     /// All kinds.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Observation,
         Self::Intent,
         Self::Heartbeat,
@@ -101,6 +107,7 @@ impl MessageKind {
         Self::Verdicts,
         Self::Orders,
         Self::Zones,
+        Self::Marks,
     ];
 }
 
@@ -308,6 +315,17 @@ pub struct ZoneReport {
     pub time_ns: u64,
     /// The zones.
     pub zones: Zones,
+}
+
+/// The operator's marks that a participant knows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MarkReport {
+    /// The participant.
+    pub from: Participant,
+    /// When it was sent, nanoseconds of mission time.
+    pub time_ns: u64,
+    /// The marks.
+    pub marks: Marks,
 }
 
 /// A declared object.

@@ -29,7 +29,7 @@ impl<K, V> Default for Newest<K, V> {
     }
 }
 
-impl<K: Copy + Ord, V: Copy + Ord> Newest<K, V> {
+impl<K: Copy + Ord, V: Clone + Ord> Newest<K, V> {
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -39,7 +39,7 @@ impl<K: Copy + Ord, V: Copy + Ord> Newest<K, V> {
     /// All entries, by key.
     #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = (K, Numbered<V>)> + '_ {
-        self.0.iter().map(|(&key, &entry)| (key, entry))
+        self.0.iter().map(|(&key, entry)| (key, entry.clone()))
     }
 
     /// The entry for a key, if there is one.
@@ -51,34 +51,39 @@ impl<K: Copy + Ord, V: Copy + Ord> Newest<K, V> {
     /// The same with its number.
     #[must_use]
     pub fn numbered(&self, key: K) -> Option<Numbered<V>> {
-        self.0.get(&key).copied()
+        self.0.get(&key).cloned()
     }
 
     /// Whether this entry, or a newer one for its key, is known.
     #[must_use]
-    pub fn includes(&self, key: K, entry: Numbered<V>) -> bool {
-        self.numbered(key).is_some_and(|known| known >= entry)
+    pub fn includes(&self, key: K, entry: &Numbered<V>) -> bool {
+        self.0.get(&key).is_some_and(|known| known >= entry)
     }
 
     /// Makes an entry for a key, as of a time in nanoseconds: it is newer than any other for this key.
     pub fn give(&mut self, time_ns: u64, key: K, value: V) {
-        let known = self.numbered(key).map_or(0, |known| known.number.saturating_add(1));
+        let known = self.0.get(&key).map_or(0, |known| known.number.saturating_add(1));
         self.0.insert(key, Numbered { number: time_ns.max(known), value });
     }
 
     /// Merges the entries that another participant knows; returns whether any is news. One dated too far ahead of its
     /// reception counts as dated earlier, as in [`crate::directive::Directive::merge`].
     pub fn merge(&mut self, now: MissionTime, other: &Self) -> bool {
+        !self.merge_news(now, other).is_empty()
+    }
+
+    /// The same; returns what is news, each with the entry that it replaces.
+    pub fn merge_news(&mut self, now: MissionTime, other: &Self) -> Vec<(Option<V>, V)> {
         let most = (now + MOST_AHEAD).0;
-        let mut is_news = false;
-        for (key, entry) in other.iter() {
-            let entry = Numbered { number: entry.number.min(most), ..entry };
-            if !self.includes(key, entry) {
-                self.0.insert(key, entry);
-                is_news = true;
+        let mut news = Vec::new();
+        for (key, mut entry) in other.iter() {
+            entry.number = entry.number.min(most);
+            if !self.includes(key, &entry) {
+                let value = entry.value.clone();
+                news.push((self.0.insert(key, entry).map(|before| before.value), value));
             }
         }
-        is_news
+        news
     }
 }
 

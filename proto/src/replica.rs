@@ -1,6 +1,6 @@
 //! The replica: counts each valid observation exactly once, in the order of its origin, and requests missing ones.
 //!
-//! The operator's verdicts are merged as they come: each message holds all that its sender knows.
+//! The operator's verdicts and marks are merged as they come: each message holds all that its sender knows.
 //!
 //! This is anti-entropy replication of append-only logs, the same at robots and coordinator. A participant whose
 //! version vector reports more observations of any robot, its own or another's, is asked for them, so that the
@@ -11,7 +11,7 @@
 
 mod questions;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
@@ -50,6 +50,8 @@ pub struct Received {
     pub new: Vec<Arc<Observation>>,
     /// Cells with a new verdict of the operator, which counts from now on.
     pub judged: Vec<Cell>,
+    /// Cells that new marks of the operator concern, which count from now on; `None` if there are none.
+    pub marked: Option<BTreeSet<Cell>>,
     /// Requests and replies to send.
     pub replies: Vec<(Participant, Message)>,
     /// Requests for observations that were released, to be answered from where they are stored.
@@ -131,6 +133,10 @@ impl Replica {
             Message::SyncRequest(request) => self.answer(*request, &mut received),
             Message::SyncReply(reply) => self.take_repeated(now, from, reply, &mut received),
             Message::Verdicts(report) => received.judged = self.knowledge.judge(now, &report.verdicts),
+            Message::Marks(report) => {
+                let grid = self.limits.terrain().grid();
+                received.marked = self.knowledge.mark(now, &report.marks, grid);
+            }
             Message::Intent(_) | Message::Orders(_) | Message::Zones(_) => {}
         }
         received

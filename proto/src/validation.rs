@@ -24,8 +24,6 @@ use dragnet_search::observation::{Ends, Observation, RobotId, Source};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
-use crate::command::Mark;
-
 /// Factor by which a robot may exceed the mission's speed, because of clock drift and of wheels that are larger than nominal.
 pub const SPEED_TOLERANCE: f64 = 1.1;
 /// Cells by which a robot may get further between two observations than its speed allows: its position within its cell
@@ -66,8 +64,6 @@ pub enum Rejection {
     TooFast,
     /// The robot observes more often than it can enter cells.
     TooOften,
-    /// It is attributed to the operator, but is not a valid mark.
-    NoMark,
     /// The robot has restarted too often.
     TooManyStarts,
 }
@@ -92,7 +88,6 @@ impl fmt::Display for Rejection {
                 "the robot cannot have got there since the previous one at the speed of its class"
             }
             Self::TooOften => "the robot observes more often than it can enter cells",
-            Self::NoMark => "it is attributed to the operator, who cannot mark a cell so",
             Self::TooManyStarts => "the robot has restarted too often",
         })
     }
@@ -187,13 +182,10 @@ impl Limits {
         }
     }
 
-    /// Whether observations of a source may exist: those of the team's robots, and the operator's marks.
+    /// Whether observations of a source may exist: those of the team's robots.
     #[must_use]
     pub fn counts(&self, source: Source) -> bool {
-        match source {
-            Source::Operator => true,
-            Source::Robot(_) => self.class(source).is_some(),
-        }
+        self.class(source).is_some()
     }
 
     /// What a source can do, if it is a robot of the team.
@@ -210,9 +202,6 @@ impl Limits {
     /// # Errors
     /// Why it is rejected.
     pub fn check(&self, observation: &Arc<Observation>, known: Option<Ends<'_>>) -> Result<(), Rejection> {
-        if observation.origin.source == Source::Operator {
-            return check_mark(observation, known);
-        }
         let class = self.class(observation.origin.source).ok_or(Rejection::Stranger)?;
         self.check_observation_once(class, observation)?;
         let Some(known) = known else { return Ok(()) };
@@ -316,18 +305,6 @@ fn check_reading(sensor: &Sensor, distance: u32, reading: &Reading) -> Result<()
         return Err(Rejection::TooFarOff);
     }
     Ok(())
-}
-
-/// The operator may mark any cell, traversable or not: one cell per mark, and marks in order of time.
-fn check_mark(observation: &Observation, known: Option<Ends<'_>>) -> Result<(), Rejection> {
-    let is_mark = |mark: Mark| observation.readings[..] == [mark.reading(observation.from)];
-    if !Mark::ALL.into_iter().any(is_mark) {
-        return Err(Rejection::NoMark);
-    }
-    match known {
-        Some(known) if observation.time_ns < known.last.time_ns => Err(Rejection::Backwards),
-        _ => Ok(()),
-    }
 }
 
 #[cfg(test)]

@@ -8,9 +8,10 @@ use std::time::Duration;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::dragnet_msgs::VERSION;
+use dragnet_proto::marks::{Marked, Marks};
 use dragnet_proto::message::{
-    Activity, Audience, Detection, Heartbeat, Intent, Message, MessageKind, MissionStatus, OrderReport,
-    SyncReply, SyncRequest, VerdictReport, ZoneReport,
+    Activity, Audience, Detection, Heartbeat, Intent, MarkReport, Message, MessageKind, MissionStatus,
+    OrderReport, SyncReply, SyncRequest, VerdictReport, ZoneReport,
 };
 use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
@@ -24,9 +25,10 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::mark::{Clue, Mark, Searched};
 use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version, Versions};
 use dragnet_search::sensor::Sensor;
-use proptest::collection::vec;
+use proptest::collection::{btree_set, vec};
 use proptest::prelude::*;
 
 const ROWS: u32 = 7;
@@ -209,6 +211,21 @@ fn zones() -> impl Strategy<Value = Zones> {
     vec(zone, 0..30).prop_map(|zones| zones.into_iter().collect())
 }
 
+fn marks() -> impl Strategy<Value = Marks> {
+    let clue = (cells(), Clue::RATIO_THOUSANDTHS, 0..=Clue::MAX_RADIUS_HUNDREDTHS).prop_map(
+        |(cell, ratio_thousandths, radius_hundredths)| {
+            Mark::Clue(Clue { cell, ratio_thousandths, radius_hundredths })
+        },
+    );
+    let searched = (btree_set(cells(), 1..30), Searched::POD_THOUSANDTHS)
+        .prop_map(|(cells, pod_thousandths)| Mark::Searched(Searched { cells, pod_thousandths }));
+    let marked = (prop_oneof![clue, searched], any::<bool>(), "\\PC{0,60}")
+        .prop_map(|(mark, is_withdrawn, note)| Arc::new(Marked { is_withdrawn, mark, note }));
+    let entry =
+        (any::<u64>(), any::<u64>(), marked).prop_map(|(id, number, value)| (id, Numbered { number, value }));
+    vec(entry, 0..9).prop_map(|marks| marks.into_iter().collect())
+}
+
 fn messages() -> impl Strategy<Value = Message> {
     prop_oneof![
         observations().prop_map(|observation| Message::Observation(Arc::new(observation))),
@@ -225,6 +242,8 @@ fn messages() -> impl Strategy<Value = Message> {
             .prop_map(|(from, time_ns, orders)| Message::Orders(OrderReport { from, time_ns, orders })),
         (participants(), any::<u64>(), zones())
             .prop_map(|(from, time_ns, zones)| Message::Zones(ZoneReport { from, time_ns, zones })),
+        (participants(), any::<u64>(), marks())
+            .prop_map(|(from, time_ns, marks)| Message::Marks(MarkReport { from, time_ns, marks })),
     ]
 }
 

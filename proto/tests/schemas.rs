@@ -19,6 +19,8 @@ fn every_message_of_dragnet_matches_its_schema() {
     check::<ours::Verdicts>();
     check::<ours::Orders>();
     check::<ours::Zones>();
+    check::<ours::Mark>();
+    check::<ours::Marks>();
     check::<ours::Step>();
     check::<ours::StepReply>();
     check::<ours::Sensed>();

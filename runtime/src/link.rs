@@ -98,16 +98,17 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             Selection::Verdicts,
             Selection::Orders,
             Selection::Zones,
+            Selection::Marks,
         ];
         let to_me = participant.map(|participant| {
             [Selection::SyncRequestsTo(participant), Selection::SyncRepliesTo(participant)]
         });
-        let coordinator = [Topic::Status, Topic::ByHand].map(|topic| mission.key(topic).to_string());
+        let coordinator = mission.key(Topic::Status).to_string();
         let expressions = to_all
             .into_iter()
             .chain(to_me.into_iter().flatten())
             .map(|selection| mission.expression(selection));
-        for expression in expressions.chain(coordinator) {
+        for expression in expressions.chain([coordinator]) {
             let (inlet, what) = (inlet.clone(), format!("subscribe to {expression}"));
             let codec = codec.clone();
             session

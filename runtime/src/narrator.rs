@@ -8,6 +8,7 @@ use std::sync::Arc;
 use dragnet_coordinator::finds::of_subject;
 use dragnet_coordinator::news::{self, Given};
 use dragnet_proto::directive::{Directive, TeamOrder};
+use dragnet_proto::marks::{Marked, Marks};
 use dragnet_proto::message::{Activity, Detection, Heartbeat, Message, MissionStatus};
 use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
@@ -40,6 +41,8 @@ pub(crate) struct Narrator {
     orders: RobotOrders,
     /// The operator's zones that the coordinator has published.
     zones: Zones,
+    /// The operator's marks that the coordinator has published.
+    marks: Marks,
     /// The last activity of each robot that the coordinator received.
     ending: Ending,
 }
@@ -56,6 +59,7 @@ impl Narrator {
             order: (0, TeamOrder::Search),
             orders: RobotOrders::default(),
             zones: Zones::default(),
+            marks: Marks::default(),
             ending: Ending::default(),
         }
     }
@@ -145,6 +149,9 @@ impl Narrator {
                 }
                 Message::Zones(report) if self.me == Participant::Coordinator => {
                     lines.extend(self.closes(MissionTime(report.time_ns), &report.zones));
+                }
+                Message::Marks(report) if self.me == Participant::Coordinator => {
+                    lines.extend(self.marks(MissionTime(report.time_ns), &report.marks));
                 }
                 _ => {}
             }
@@ -268,6 +275,17 @@ impl Narrator {
             Some(format!("ordered{}: {some} {}", when(given)?, zone.value.said_of(cells.len())))
         };
         news::zones(&before, zones, now).filter_map(line).collect()
+    }
+
+    /// The coordinator has published the operator's marks.
+    fn marks(&mut self, now: MissionTime, marks: &Marks) -> Vec<String> {
+        let before = std::mem::replace(&mut self.marks, marks.clone());
+        let line = |(_, entry, given): (_, Numbered<Arc<Marked>>, _)| {
+            let (what, when) = (entry.value.said(&self.places), when(given)?);
+            let done = if entry.value.is_withdrawn { "withdrawn" } else { "marked" };
+            Some(format!("{done} by the operator{when}: {what}"))
+        };
+        news::marks(&before, marks, now).filter_map(line).collect()
     }
 
     /// The coordinator has published the operator's verdicts.

@@ -15,7 +15,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
-use dragnet_search::observation::{RobotId, Source};
+use dragnet_search::observation::RobotId;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::{Outcome, StepContext, StepObserver};
 use dragnet_sim::world::World;
@@ -264,10 +264,8 @@ impl<'a> WorldServer<'a> {
                     self.heartbeats.insert(heartbeat.robot, heartbeat);
                 }
             }
-            Incoming::Message { message: Message::Observation(mark), .. }
-                if mark.origin.source == Source::Operator =>
-            {
-                self.world.take_in(&mark.readings);
+            Incoming::Message { message: Message::Marks(report), .. } => {
+                self.world.mark(self.clock.now(), &report.marks);
             }
             Incoming::Message { message: Message::Verdicts(report), .. } => {
                 self.world.judge(self.clock.now(), &report.verdicts);

@@ -23,6 +23,7 @@ pub mod detection;
 pub mod evidence;
 pub mod generated;
 pub mod intent;
+pub mod mark;
 pub mod measures;
 pub mod observation;
 pub mod one_subject;

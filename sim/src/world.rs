@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_proto::marks::Marks;
 use dragnet_proto::verdict::Verdicts;
 use dragnet_proto::zones::Zones;
 use dragnet_scenario::time::MissionTime;
@@ -40,6 +41,8 @@ pub struct World {
     verdicts: Verdicts,
     /// The operator's zones.
     zones: Zones,
+    /// The operator's marks, which the merged belief contains.
+    marks: Marks,
     /// Whether readings are rounded as radios carry them.
     is_rounding: bool,
 }
@@ -103,6 +106,7 @@ impl World {
             score,
             verdicts: Verdicts::default(),
             zones: Zones::default(),
+            marks: Marks::default(),
             is_rounding: scenario.network().bytes_per_second.is_some(),
         }
     }
@@ -269,10 +273,13 @@ impl World {
         self.merged.is_found(cell, self.detection_threshold)
     }
 
-    /// Adds the readings of an operator's mark to the merged belief.
-    pub fn take_in(&mut self, readings: &[Reading]) {
-        for reading in readings {
-            self.merge(reading.cell, reading.evidence());
+    /// Merges the operator's marks into the merged belief.
+    pub fn mark(&mut self, now: MissionTime, marks: &Marks) {
+        let was_found: Vec<Cell> =
+            self.terrain.searched_cells().filter(|&cell| self.is_found(cell)).collect();
+        let marked = self.marks.merge_into(now, marks, self.terrain.grid(), &mut self.merged);
+        for cell in marked.into_iter().flatten() {
+            self.rate(cell, was_found.binary_search(&cell).is_ok());
         }
     }
 

@@ -15,7 +15,8 @@ use dragnet_live::page::Page;
 use dragnet_live::replay;
 use dragnet_live::view::{About, View};
 use dragnet_proto::directive::TeamOrder;
-use dragnet_proto::message::{MissionStatus, OrderReport, VerdictReport, ZoneReport};
+use dragnet_proto::marks::{Marked, Marks};
+use dragnet_proto::message::{MarkReport, MissionStatus, OrderReport, VerdictReport, ZoneReport};
 use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
@@ -85,6 +86,7 @@ struct Teller {
     verdicts: Verdicts,
     orders: RobotOrders,
     zones: Zones,
+    marks: Marks,
     /// Cells that each robot was in; robots by number.
     paths: Vec<Vec<Cell>>,
 }
@@ -102,6 +104,7 @@ impl Teller {
             verdicts: Verdicts::default(),
             orders: RobotOrders::default(),
             zones: Zones::default(),
+            marks: Marks::default(),
         }
     }
 
@@ -132,6 +135,7 @@ impl Teller {
             Record::Verdicts(report) if report.from == Participant::Coordinator => self.judge(report),
             Record::Orders(report) if report.from == Participant::Coordinator => self.direct(report),
             Record::Zones(report) if report.from == Participant::Coordinator => self.close(report),
+            Record::Marks(report) if report.from == Participant::Coordinator => self.mark(report),
             _ => Vec::new(),
         }
     }
@@ -170,6 +174,15 @@ impl Teller {
             dated(given, &format!("by the operator's order {some} {}", zone.value.said_of(cells.len())))
         };
         news::zones(&before, &report.zones, MissionTime(report.time_ns)).filter_map(line).collect()
+    }
+
+    fn mark(&mut self, report: &MarkReport) -> Vec<String> {
+        let before = std::mem::replace(&mut self.marks, report.marks.clone());
+        let line = |(_, entry, given): (_, Numbered<Arc<Marked>>, Given)| {
+            let done = if entry.value.is_withdrawn { "withdraws" } else { "marks" };
+            dated(given, &format!("the operator {done} {}", entry.value.said(&self.places)))
+        };
+        news::marks(&before, &report.marks, MissionTime(report.time_ns)).filter_map(line).collect()
     }
 
     fn direct_all(&mut self, status: &MissionStatus) -> Option<String> {

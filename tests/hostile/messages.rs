@@ -27,7 +27,7 @@ use crate::{check, scenario};
 
 /// Number of worlds and of spoiled messages in each: a million together.
 const WORLDS: u64 = 10;
-const MESSAGES_A_WORLD: u64 = 112_500;
+const MESSAGES_A_WORLD: u64 = 125_000;
 /// Number of messages after which all evidence is summed again.
 const CHECK_EVERY: u64 = 5000;
 /// Memory limit of robot, coordinator and page, bytes: four times the program and its final state.
@@ -220,6 +220,7 @@ fn a_message_of_the_greatest_length_takes_a_few_times_as_much_memory() {
             (MessageKind::Verdicts, cdr::encode(&wire::Verdicts { version, ..Default::default() })),
             (MessageKind::Orders, cdr::encode(&wire::Orders { version, ..Default::default() })),
             (MessageKind::Zones, cdr::encode(&wire::Zones { version, ..Default::default() })),
+            (MessageKind::Marks, cdr::encode(&wire::Marks { version, ..Default::default() })),
         ] {
             begin(format_args!("{kind:?}"));
             let length = bytes.len() - 4..;

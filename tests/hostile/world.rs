@@ -10,7 +10,7 @@ use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_live::view::{About, View};
-use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::command::Command;
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::message::{Audience, Message, MessageKind};
@@ -22,6 +22,7 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
+use dragnet_search::mark::{Mark, Searched};
 use dragnet_search::observation::RobotId;
 use dragnet_search::seed::{Purpose, Stream, stream};
 use rand::RngExt;
@@ -195,7 +196,10 @@ impl World {
             1 => Command::Team(TeamOrder::Search),
             2 => Command::Search(vec![cell]),
             3 | 4 => Command::Judge(*Decision::ALL.choose(&mut self.random).unwrap(), cell),
-            _ => Command::Mark(*Mark::ALL.choose(&mut self.random).unwrap(), cell),
+            _ => {
+                let search = Searched { cells: [cell].into(), pod_thousandths: 500 };
+                Command::Mark(Mark::Searched(search), String::new())
+            }
         }
     }
 

@@ -44,12 +44,24 @@ fn changing_the_mission_requires_the_token() {
     };
     refused("pause", 400, "no command");
     refused(r#"{"command":"pause","now":true}"#, 400, "now");
+    refused(r#"{"command":"clue","row":99,"column":0}"#, 422, "allowed are rows 0 to 17 and columns 0 to 25");
+    refused(r#"{"command":"clue","row":0,"column":25}"#, 422, "nothing is searched near cell [0, 25]");
     refused(
-        r#"{"command":"mark","row":99,"column":0,"as":"clue"}"#,
+        r#"{"command":"clue","row":9,"column":9,"radius_meters":1e5}"#,
         422,
-        "allowed are rows 0 to 17 and columns 0 to 25",
+        "a radius of 100000 m; allowed are 0 to",
     );
-    refused(r#"{"command":"mark","row":0,"column":25,"as":"clue"}"#, 422, "is not searched");
+    refused(
+        r#"{"command":"searched","corners":[[25,0],[26,0],[26,1],[25,1]]}"#,
+        422,
+        "no cell in it is searched",
+    );
+    refused(r#"{"command":"withdraw","mark":"7"}"#, 422, "that counts; the list of marks has their names");
+    refused(
+        r#"{"command":"mark","row":0,"column":0,"as":"clue"}"#,
+        400,
+        "is not known; allowed are pause, resume, return, go, clue",
+    );
     refused(r#"{"command":"pause","robot":null}"#, 400, "null");
     refused(r#"{"command":"pause","robot":9}"#, 422, "there is no robot 9; the team has robots 1 to 3");
     refused(r#"{"command":"go","robot":1,"row":9,"column":9}"#, 422, "no robot can drive in cell [9, 9]");

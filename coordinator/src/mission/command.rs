@@ -1,18 +1,19 @@
-//! The operator's commands: marks become observations, decisions about finds verdicts, and the others change the
-//! directive, the orders to single robots or the zones.
+//! The operator's commands change the directive, the orders to single robots, the zones, the marks or the verdicts.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::command::Command;
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{Audience, Message, OrderReport, VerdictReport, ZoneReport};
+use dragnet_proto::marks::Marks;
+use dragnet_proto::message::{MarkReport, OrderReport, VerdictReport, ZoneReport};
 use dragnet_proto::orders::{RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::{Observation, Origin, RobotId, Source};
+use dragnet_search::observation::RobotId;
 
 use super::{Mission, Outcome, Record};
 
@@ -32,7 +33,21 @@ impl Mission {
     pub(super) fn command(&mut self, now: MissionTime, command: Command, outcome: &mut Outcome) {
         let mut directive = self.directive.clone();
         match command {
-            Command::Mark(mark, cell) => return self.mark(now, mark, cell, outcome),
+            Command::Mark(mark, note) => {
+                let mut marks = self.marks().clone();
+                if marks.has_room(self.config.terrain.grid(), mark.cell_count()) {
+                    marks.make(now.0, mark, note);
+                    self.mark(now, &marks, outcome);
+                }
+                return;
+            }
+            Command::Unmark(id) => {
+                let mut marks = self.marks().clone();
+                if marks.withdraw(now.0, id) {
+                    self.mark(now, &marks, outcome);
+                }
+                return;
+            }
             Command::Judge(decision, cell) => return self.judge(now, decision, cell, outcome),
             Command::Robot(robot, order) => return self.order(now, robot, order, outcome),
             Command::Zone(zone, cells) => return self.zone(now, zone, &cells, outcome),
@@ -157,35 +172,29 @@ impl Mission {
         self.report(now, outcome);
     }
 
-    /// One reading of one cell, under a unique name: it is stored, published and repaired like observations of robots.
-    fn mark(&mut self, now: MissionTime, mark: Mark, cell: Cell, outcome: &mut Outcome) {
-        let origin = *self.by_hand.get_or_insert_with(|| unused(&self.replica, now));
-        let observation = Arc::new(Observation {
-            origin,
-            sequence: self.replica.log().next(origin),
-            time_ns: now.0,
-            from: cell,
-            readings: vec![mark.reading(cell)],
-        });
-        if let Err(rejected) = self.replica.record(&observation) {
-            return outcome.effects.rejected.push(rejected);
-        }
-        let has_declared = self.merge(now, &[Arc::clone(&observation)], outcome);
-        outcome.effects.published.push((Audience::All, Message::Observation(observation)));
-        if has_declared {
-            self.report(now, outcome);
-        }
+    /// The operator's marks so far.
+    #[must_use]
+    pub fn marks(&self) -> &Marks {
+        self.replica.knowledge().marks()
     }
-}
 
-/// A restarted coordinator does not know which names it has used; the time of its first mark, in nanoseconds, is
-/// unused.
-fn unused(replica: &dragnet_proto::replica::Replica, now: MissionTime) -> Origin {
-    let known: Vec<Origin> = replica.log().versions().iter().map(|version| version.origin).collect();
-    let mut origin = Origin { source: Source::Operator, incarnation: now.0 };
-    while known.contains(&origin) {
-        // Its clock may be at the end of time, if it was set by a faulty participant.
-        origin.incarnation = origin.incarnation.wrapping_add(1);
+    pub(crate) fn mark_report(&self, now: MissionTime) -> MarkReport {
+        MarkReport { from: Participant::Coordinator, time_ns: now.0, marks: self.marks().clone() }
     }
-    origin
+
+    /// Marks as the operator has changed them here.
+    fn mark(&mut self, now: MissionTime, marks: &Marks, outcome: &mut Outcome) {
+        let grid = self.config.terrain.grid();
+        if let Some(cells) = self.replica.knowledge_mut().mark(now, marks, grid) {
+            self.marked(now, cells, outcome);
+        }
+    }
+
+    /// Marks have changed that concern these cells, by the operator here or by what a robot knows: they are recorded and
+    /// published to all.
+    pub(super) fn marked(&mut self, now: MissionTime, cells: BTreeSet<Cell>, outcome: &mut Outcome) {
+        self.declarations.review(now, self.replica.knowledge().belief(), cells);
+        outcome.records.push(Record::Marks(self.mark_report(now)));
+        self.report(now, outcome);
+    }
 }

@@ -1,10 +1,12 @@
-use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::command::Command;
 use dragnet_proto::directive::{Directive, TeamOrder};
+use dragnet_proto::marks::Marks;
 use dragnet_proto::message::{Activity, SyncReply, SyncRequest};
 use dragnet_proto::orders::{NumberedOrder, RobotOrder};
 use dragnet_proto::verdict::Decision;
 use dragnet_proto::zones::{Zone, Zones};
 use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::mark::{Clue, Mark};
 use dragnet_search::observation::{Origin, Source, Version};
 
 use super::*;
@@ -512,51 +514,58 @@ fn only_the_last_order_before_any_robot_was_heard_is_dated_anew() {
     assert_eq!(current(&mission), [RobotOrder::Pause; 2]);
 }
 
+fn clue(number: u32) -> Command {
+    let clue = Clue { cell: cell(number), ratio_thousandths: 55_000, radius_hundredths: 0 };
+    Command::Mark(Mark::Clue(clue), "a glove".to_owned())
+}
+
+/// The marks that an outcome publishes, and the number of its records of the coordinator's own.
+fn mark_reports(outcome: &Outcome) -> (Vec<Marks>, usize) {
+    let published = outcome.effects.published.iter().filter_map(|said| match said {
+        (Audience::All, Message::Marks(report)) => Some(report.marks.clone()),
+        _ => None,
+    });
+    let is_own =
+        |record: &&Record| matches!(record, Record::Marks(report) if report.from == Participant::Coordinator);
+    (published.collect(), outcome.records.iter().filter(is_own).count())
+}
+
 #[test]
-fn marks_are_observations_under_names_of_their_own() {
+fn marks_are_published_beside_each_status_and_a_restarted_coordinator_learns_them_from_a_robot() {
     let mut mission = mission();
-    let reported = command(&mut mission, at(7), Command::Mark(Mark::Clue, cell(2)));
-    let published = |outcome: &Outcome| -> Vec<Arc<Observation>> {
-        let of = outcome.effects.published.iter().filter_map(|said| match said {
-            (Audience::All, Message::Observation(observation)) => Some(Arc::clone(observation)),
-            _ => None,
-        });
-        of.collect()
-    };
-    let [mark] = &published(&reported)[..] else { panic!("{reported:?}") };
-    assert_eq!(mark.origin, Origin { source: Source::Operator, incarnation: at(7).0 });
-    assert_eq!(observations(&reported), [(Source::Operator, 0)], "recorded once");
-    assert_eq!(
-        observations(&command(&mut mission, at(8), Command::Mark(Mark::Searched, cell(2)))),
-        [(Source::Operator, 1)]
-    );
-    assert_eq!(mission.tracks().count(), 0, "a person is no robot");
-    assert_eq!(mission.robots().count(), 2);
+    assert_eq!(mark_reports(&mission.react(at(6), Event::Woke)), (Vec::new(), 0), "nothing is said of none");
+    let (made, recorded) = mark_reports(&command(&mut mission, at(7), clue(2)));
+    assert_eq!((made.len(), made[0].iter().next().map(|(id, _)| id), recorded), (1, Some(at(7).0), 1));
+    assert_eq!(mark_reports(&mission.react(at(30), Event::Woke)), (made, 0));
+    assert_eq!((mission.tracks().count(), mission.robots().count()), (0, 2), "a person is no robot");
 
     // Restarted at the same time; a robot sends it the earlier mark.
     let mut again = self::mission();
-    let reply = SyncReply { observations: vec![Arc::clone(mark)] };
-    receive(&mut again, at(7), ONE, Message::SyncReply(reply));
-    let [other] = &published(&command(&mut again, at(7), Command::Mark(Mark::Clue, cell(3))))[..] else {
-        panic!("no mark")
+    let report = |marks: &Marks| {
+        let from = Participant::Robot(ONE);
+        Message::Marks(MarkReport { from, time_ns: at(7).0, marks: marks.clone() })
     };
-    assert_ne!((other.origin, other.sequence), (mark.origin, mark.sequence));
-
-    // The same at the end of time, to which a faulty participant may have set the clock.
-    let end = MissionTime(u64::MAX);
-    let last = command(&mut self::mission(), end, Command::Mark(Mark::Clue, cell(2)));
-    let mut again = self::mission();
-    receive(&mut again, end, ONE, Message::SyncReply(SyncReply { observations: published(&last) }));
-    let other = published(&command(&mut again, end, Command::Mark(Mark::Clue, cell(3))));
-    assert_ne!(other[0].origin, published(&last)[0].origin);
+    let (learned, recorded) = mark_reports(&receive(&mut again, at(7), ONE, report(mission.marks())));
+    assert_eq!((&learned[0], recorded), (mission.marks(), 1));
+    assert_eq!(again.belief().digest(), mission.belief().digest());
+    command(&mut again, at(7), clue(3));
+    assert_eq!(again.marks().standing().count(), 2);
+    let undone = command(&mut again, at(8), Command::Unmark(at(7).0));
+    assert_eq!((mark_reports(&undone).1, again.marks().standing().count()), (1, 1));
+    assert!(is_nothing(&command(&mut again, at(9), Command::Unmark(at(7).0))), "it was withdrawn already");
+    assert!(is_nothing(&command(&mut again, at(9), Command::Unmark(5))), "there is none");
+    receive(&mut mission, at(9), ONE, report(again.marks()));
+    assert_eq!(mission.belief().digest(), again.belief().digest());
 }
 
 #[test]
 fn a_clue_may_declare_an_object_and_cells_that_are_searched_stay_as_they_are() {
     let mut mission = mission();
     see(&mut mission, at(0), &observation(ONE, 0, 5, 2.0));
-    let declaring = command(&mut mission, at(1), Command::Mark(Mark::Clue, cell(5)));
+    let declaring = command(&mut mission, at(1), clue(5));
     assert_eq!(statuses(&declaring)[0].declared.len(), 1);
+    let withdrawn = command(&mut mission, at(1), Command::Unmark(at(1).0));
+    assert_eq!(statuses(&withdrawn)[0].declared.len(), 0);
     assert!(is_nothing(&command(&mut mission, at(2), Command::Search(vec![cell(1), cell(5)]))));
     assert!(mission.directive().added.is_empty());
 }

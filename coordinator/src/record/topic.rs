@@ -43,6 +43,8 @@ pub(crate) enum RobotTopic {
     Orders,
     /// `dragnet_msgs/msg/Zones`.
     Zones,
+    /// `dragnet_msgs/msg/Marks`.
+    Marks,
 }
 
 impl Topic {
@@ -76,7 +78,7 @@ impl fmt::Display for Topic {
 }
 
 impl RobotTopic {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Pose,
         Self::Path,
         Self::Observation,
@@ -85,6 +87,7 @@ impl RobotTopic {
         Self::Verdicts,
         Self::Orders,
         Self::Zones,
+        Self::Marks,
     ];
 
     const fn name(self) -> &'static str {
@@ -97,6 +100,7 @@ impl RobotTopic {
             Self::Verdicts => "verdicts",
             Self::Orders => "orders",
             Self::Zones => "zones",
+            Self::Marks => "marks",
         }
     }
 

@@ -7,6 +7,7 @@
 mod account;
 #[path = "../../../tests/python/interpreter.rs"]
 mod interpreter;
+mod marks;
 mod mission;
 mod plan;
 mod readers;

@@ -1,3 +1,4 @@
+import { MarkForm } from "./marks.js";
 import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
 const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close", "no_go", "skip", "open"];
@@ -18,6 +19,7 @@ export class Controls {
     lock = "checking the token …";
     isConnected = false;
     isDrawing = false;
+    form = new MarkForm();
     given;
     token = new URLSearchParams(location.hash.slice(1)).get("token");
     constructor(map, redraw, began) {
@@ -28,8 +30,8 @@ export class Controls {
             pause: () => this.pause(),
             return: () => this.order("return"),
             go: () => this.go(),
-            searched: () => this.mark("searched"),
-            clue: () => this.mark("clue"),
+            searched: () => this.searched(),
+            clue: () => this.clue(),
             area: () => this.draw(!this.isDrawing),
             corner: () => this.corner(map.cursorSpot()),
             close: () => this.close("search"),
@@ -120,7 +122,7 @@ export class Controls {
             pause: true,
             return: this.chosen.some((robot) => robot.order !== "return"),
             go: hasCursor && this.one !== undefined,
-            searched: hasCursor,
+            searched: this.isDrawing ? isClosable : hasCursor,
             clue: hasCursor,
             area: true,
             corner: hasCursor,
@@ -155,8 +157,8 @@ export class Controls {
         const act = {
             P: () => event.shiftKey && this.pause(),
             g: () => this.go(),
-            s: () => this.mark("searched"),
-            c: () => this.mark("clue"),
+            s: () => this.searched(),
+            c: () => this.clue(),
             a: () => this.draw(!this.isDrawing),
             f: () => this.close("search"),
             n: () => this.close("no_go"),
@@ -186,13 +188,38 @@ export class Controls {
         const [row, column] = this.mission.place(this.map.cursor);
         void this.ask({ command: "go", robot, row, column }, "go", robot);
     }
-    mark(as) {
-        if (this.map.cursor === undefined || this.mission === undefined) {
-            this.answer("Choose a cell on the map first.");
+    clue() {
+        const at = this.chosenCell();
+        if (at === undefined)
+            return;
+        const [row, column] = at;
+        this.mark("clue", `cell [${row}, ${column}]`, { row, column });
+    }
+    searched() {
+        if (this.isDrawing) {
+            const corners = this.closed();
+            if (corners !== undefined)
+                this.mark("searched", "the area", { corners });
             return;
         }
-        const [row, column] = this.mission.place(this.map.cursor);
-        void this.ask({ command: "mark", row, column, as }, as);
+        const at = this.chosenCell();
+        if (at === undefined)
+            return;
+        const [row, column] = at;
+        const corners = [[column, row], [column + 1, row], [column + 1, row + 1], [column, row + 1]];
+        this.mark("searched", `cell [${row}, ${column}]`, { corners });
+    }
+    mark(kind, place, where) {
+        this.form.open(kind, place, (said) => void this.ask({ command: kind, ...where, ...said }, kind));
+    }
+    withdraw(mark) {
+        void this.ask({ command: "withdraw", mark }, "withdraw");
+    }
+    chosenCell() {
+        if (this.map.cursor !== undefined && this.mission !== undefined)
+            return this.mission.place(this.map.cursor);
+        this.answer("Choose a cell on the map first.");
+        return undefined;
     }
     decide(cell, as) {
         if (this.mission === undefined)
@@ -220,15 +247,19 @@ export class Controls {
         this.show();
         this.redraw();
     }
-    close(use) {
-        if (!this.isDrawing)
-            return;
+    closed() {
         const corners = this.map.corners;
-        if (corners.length < 3) {
-            this.answer(`${TOO_FEW}.`);
-            return;
+        if (corners.length > 2) {
+            this.draw(false);
+            return corners;
         }
-        this.draw(false);
+        this.answer(`${TOO_FEW}.`);
+        return undefined;
+    }
+    close(use) {
+        const corners = this.isDrawing ? this.closed() : undefined;
+        if (corners === undefined)
+            return;
         if (use === "search")
             void this.ask({ command: "search", corners }, "area");
         else

@@ -3,6 +3,7 @@ import { Finds } from "./finds.js";
 import { Watch } from "./fresh.js";
 import { Layers } from "./layers.js";
 import { MapView } from "./map.js";
+import { showMarks } from "./marks.js";
 import { showOrders } from "./orders.js";
 import { Measure } from "./measure.js";
 import { Mission } from "./mission.js";
@@ -82,6 +83,7 @@ function show(mission) {
     map.draw(mission, layers.choice);
     showPanel(mission, (cell) => map.goTo(cell));
     finds.show(mission);
+    showMarks(mission, map, controls);
     showOrders(mission);
     readout.show(mission, map.cursor);
     const measured = element("measured", HTMLElement);

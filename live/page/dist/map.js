@@ -164,6 +164,7 @@ export class MapView {
             pen.tracks();
         if (choice.plans)
             pen.plans();
+        pen.clues();
         pen.finds();
         pen.markers();
         pen.area(this.corners);

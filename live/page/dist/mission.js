@@ -13,6 +13,7 @@ export class Mission {
     trails = new Map();
     curve = [];
     orders = [];
+    marks = [];
     isOver = false;
     constructor(hello) {
         this.hello = hello;
@@ -38,6 +39,7 @@ export class Mission {
             this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
         }
         this.orders = frame.orders ?? this.orders;
+        this.marks = frame.marked ?? this.marks;
         if (frame.zones !== undefined)
             this.zones = zoned(frame.zones);
         this.frame = frame;

@@ -2,6 +2,7 @@
 
 import type { MapView } from "./map.js";
 import type { Mission, RobotFrame, RobotOrder } from "./mission.js";
+import { type MarkKind, MarkForm } from "./marks.js";
 import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
 
@@ -32,6 +33,7 @@ export class Controls {
   private lock: Lock = "checking the token …";
   private isConnected = false;
   isDrawing = false;
+  private readonly form = new MarkForm();
   /** The command that was given last, when, and to which robot. */
   private given: { what: string; time: number; robot: number | null } | undefined;
   readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
@@ -46,8 +48,8 @@ export class Controls {
       pause: () => this.pause(),
       return: () => this.order("return"),
       go: () => this.go(),
-      searched: () => this.mark("searched"),
-      clue: () => this.mark("clue"),
+      searched: () => this.searched(),
+      clue: () => this.clue(),
       area: () => this.draw(!this.isDrawing),
       corner: () => this.corner(map.cursorSpot()),
       close: () => this.close("search"),
@@ -152,7 +154,7 @@ export class Controls {
       pause: true,
       return: this.chosen.some((robot) => robot.order !== "return"),
       go: hasCursor && this.one !== undefined,
-      searched: hasCursor,
+      searched: this.isDrawing ? isClosable : hasCursor,
       clue: hasCursor,
       area: true,
       corner: hasCursor,
@@ -187,8 +189,8 @@ export class Controls {
       // A fleet does not stop by accident.
       P: () => event.shiftKey && this.pause(),
       g: () => this.go(),
-      s: () => this.mark("searched"),
-      c: () => this.mark("clue"),
+      s: () => this.searched(),
+      c: () => this.clue(),
       a: () => this.draw(!this.isDrawing),
       f: () => this.close("search"),
       n: () => this.close("no_go"),
@@ -220,13 +222,40 @@ export class Controls {
     void this.ask({ command: "go", robot, row, column }, "go", robot);
   }
 
-  private mark(as: "searched" | "clue"): void {
-    if (this.map.cursor === undefined || this.mission === undefined) {
-      this.answer("Choose a cell on the map first.");
+  private clue(): void {
+    const at = this.chosenCell();
+    if (at === undefined) return;
+    const [row, column] = at;
+    this.mark("clue", `cell [${row}, ${column}]`, { row, column });
+  }
+
+  /** The area that is drawn, or the chosen cell, was searched by others. */
+  private searched(): void {
+    if (this.isDrawing) {
+      const corners = this.closed();
+      if (corners !== undefined) this.mark("searched", "the area", { corners });
       return;
     }
-    const [row, column] = this.mission.place(this.map.cursor);
-    void this.ask({ command: "mark", row, column, as }, as);
+    const at = this.chosenCell();
+    if (at === undefined) return;
+    const [row, column] = at;
+    const corners = [[column, row], [column + 1, row], [column + 1, row + 1], [column, row + 1]];
+    this.mark("searched", `cell [${row}, ${column}]`, { corners });
+  }
+
+  private mark(kind: MarkKind, place: string, where: object): void {
+    this.form.open(kind, place, (said) => void this.ask({ command: kind, ...where, ...said }, kind));
+  }
+
+  withdraw(mark: string): void {
+    void this.ask({ command: "withdraw", mark }, "withdraw");
+  }
+
+  /** `[row, column]`; undefined if none is chosen, which is answered. */
+  private chosenCell(): [number, number] | undefined {
+    if (this.map.cursor !== undefined && this.mission !== undefined) return this.mission.place(this.map.cursor);
+    this.answer("Choose a cell on the map first.");
+    return undefined;
   }
 
   /** Decides about a find. */
@@ -256,14 +285,20 @@ export class Controls {
     this.redraw();
   }
 
-  private close(use: Use): void {
-    if (!this.isDrawing) return;
+  /** Ends the drawing of an area; undefined if it has too few corners, which is answered. */
+  private closed(): [number, number][] | undefined {
     const corners = this.map.corners;
-    if (corners.length < 3) {
-      this.answer(`${TOO_FEW}.`);
-      return;
+    if (corners.length > 2) {
+      this.draw(false);
+      return corners;
     }
-    this.draw(false);
+    this.answer(`${TOO_FEW}.`);
+    return undefined;
+  }
+
+  private close(use: Use): void {
+    const corners = this.isDrawing ? this.closed() : undefined;
+    if (corners === undefined) return;
     if (use === "search") void this.ask({ command: "search", corners }, "area");
     else void this.ask({ command: "zone", corners, as: use }, use);
   }

@@ -5,6 +5,7 @@ import { Finds } from "./finds.js";
 import { Watch } from "./fresh.js";
 import { Layers } from "./layers.js";
 import { MapView } from "./map.js";
+import { showMarks } from "./marks.js";
 import { showOrders } from "./orders.js";
 import { Measure } from "./measure.js";
 import { type Hello, type Message, Mission, type Spot } from "./mission.js";
@@ -84,6 +85,7 @@ function show(mission: Mission): void {
   map.draw(mission, layers.choice);
   showPanel(mission, (cell) => map.goTo(cell));
   finds.show(mission);
+  showMarks(mission, map, controls);
   showOrders(mission);
   readout.show(mission, map.cursor);
   const measured = element("measured", HTMLElement);

@@ -194,6 +194,7 @@ export class MapView {
     const pen = new Pen(this.marks.begin(), mission, view);
     if (choice.tracks) pen.tracks();
     if (choice.plans) pen.plans();
+    pen.clues();
     pen.finds();
     pen.markers();
     pen.area(this.corners);

@@ -48,6 +48,7 @@ export interface Frame {
   out_of_reach?: string;
   /** Runs of cells in the operator's zones: first cell, number of cells, zone. Absent if nothing has changed. */
   zones?: [number, number, Zone][];
+  marked?: MarkFrame[];
   robots: RobotFrame[];
   declared: Declared[];
   dismissed: Dismissed[];
@@ -106,10 +107,25 @@ export interface Dismissed {
   robot: number | null;
 }
 
+/** A mark of the operator that counts. */
+export interface MarkFrame {
+  /** A number that may be too long for a `number`. */
+  id: string;
+  time: number;
+  note: string;
+  /** Of a clue. */
+  cell?: number;
+  ratio?: number;
+  radius_meters?: number;
+  /** Of a search of others: runs `[first, count]`, and its probability of detection. */
+  cells?: [number, number][];
+  pod?: number;
+}
+
 /** A command of the operator, the robots that have it, and those of which that is not known. */
 export interface OrderFrame {
   time: number;
-  what: RobotOrder | "area" | "open" | "skip" | "no_go" | "searched" | "clue" | "confirmed" | "dismissed" | "undone";
+  what: RobotOrder | "area" | "open" | "skip" | "no_go" | "searched" | "clue" | "withdraw" | "confirmed" | "dismissed" | "undone";
   /** The robot that it is for; null if it is for all. */
   robot: number | null;
   cell: number | null;
@@ -159,6 +175,8 @@ export class Mission {
   curve: Point[] = [];
   /** The operator's last commands, the newest first. */
   orders: OrderFrame[] = [];
+  /** The operator's marks that count, in the order in which they were made. */
+  marks: MarkFrame[] = [];
   isOver = false;
 
   constructor(hello: Hello) {
@@ -184,6 +202,7 @@ export class Mission {
       this.trails.set(robot.robot, trail.slice(-TRAIL_CELLS));
     }
     this.orders = frame.orders ?? this.orders;
+    this.marks = frame.marked ?? this.marks;
     if (frame.zones !== undefined) this.zones = zoned(frame.zones);
     this.frame = frame;
   }

@@ -143,6 +143,25 @@ export class Pen {
     }
   }
 
+  /** Clues, each with its radius. */
+  clues(): void {
+    const { context, mission, view } = this;
+    for (const { cell, radius_meters = 0 } of mission.marks) {
+      if (cell === undefined) continue;
+      const [x, y] = this.middle(cell);
+      const half = this.sign * 0.6;
+      context.beginPath();
+      context.arc(x, y, (radius_meters / mission.hello.cell_meters) * view.size, 0, 2 * Math.PI);
+      this.casing("#6d28d9", 1.5, [4, 3]);
+      context.beginPath();
+      context.arc(x, y, half, 0, 2 * Math.PI);
+      context.fillStyle = "#ffffff";
+      context.fill();
+      this.casing("#6d28d9", 2, []);
+      this.number("!", [x, y], half);
+    }
+  }
+
   private tick(x: number, y: number, half: number): void {
     this.trace([[x - half, y], [x - half / 3, y + 0.7 * half], [x + half, y - 0.7 * half]]);
     this.casing("#1d6b3c", 2.5, []);

@@ -115,3 +115,15 @@ export async function link() {
     close: () => (server.close(), cut()),
   };
 }
+
+/** Marks the cell of the cursor as a strong clue, or as searched by others. */
+export async function marks(page, key, note = "") {
+  const answer = key === "c" ? /^Clue in cell / : /marked as searched by others/;
+  await answered(page, async () => {
+    await page.keyboard.press(key);
+    if (key === "c") await page.locator("#mark-ratio").selectOption("50");
+    else await page.locator("#mark-pod").fill("98");
+    await page.locator("#mark-note").fill(note);
+    await page.keyboard.press("Enter");
+  }, answer);
+}

@@ -6,7 +6,7 @@ import assert from "node:assert/strict";
 import { spread } from "../dist/spread.js";
 import { basemap, planOnBasemap } from "./basemap.mjs";
 import {
-  address, answered, bare, browse, cells, link, moveTo, name, picture, probability, seconds, settle, shot, states, text,
+  address, answered, bare, browse, cells, link, marks, moveTo, name, picture, probability, seconds, settle, shot, states, text,
   until,
 } from "./browse.mjs";
 import { cutOff, finds } from "./finds.mjs";
@@ -43,19 +43,21 @@ async function live() {
     // A mark: the belief of that cell rises. No robot observes meanwhile.
     await moveTo(page, 16, 19);
     const before = await probability(page);
-    await answered(page, () => page.keyboard.press("c"), /marked as a clue/);
+    await marks(page, "c", "a glove");
     await until("a clue raises the belief", async () => (await probability(page)) > before);
     assert.equal(await text(page, "marks"), "1");
     const raised = await probability(page);
-    await answered(page, () => page.keyboard.press("s"), /marked as searched/);
+    await marks(page, "s");
     await until("a searched mark lowers it", async () => (await probability(page)) < raised);
 
     // Clues make a find, which has a banner; marks against it withdraw it, which the banner says.
-    for (let times = 0; times < 3; times += 1) await answered(page, () => page.keyboard.press("c"), /marked as a clue/);
+    for (let times = 0; times < 3; times += 1) await marks(page, "c");
     await until("clues make a find", async () => /^Find at 585 m east, 495 m north \(cell \[16, 19\]\)/.test(await text(page, "find-text")));
-    for (let times = 0; times < 4; times += 1) await answered(page, () => page.keyboard.press("s"), /marked as searched/);
+    for (let times = 0; times < 4; times += 1) await marks(page, "s");
     await until("it is withdrawn", async () => /^Withdrawn, no longer a find: 585 m east/.test(await text(page, "find-text")));
     await page.locator("#find-close").click();
+
+    await withdraws(page);
 
     // An area over cells that are not searched, drawn by keys.
     await moveTo(page, 4, 23);
@@ -87,6 +89,40 @@ async function live() {
     await reach(page);
     await fits(page);
   });
+}
+
+/** A clue with a radius, in the list with its note, is withdrawn: the belief is what it was. */
+async function withdraws(page) {
+  await moveTo(page, 5, 5);
+  const before = await probability(page);
+  await page.keyboard.press("c");
+  await page.locator("#mark-note").fill("tracks, keys acnk typed");
+  await page.locator("#mark-radius").fill("90");
+  await shot(page, "mark.png");
+  await answered(page, () => page.keyboard.press("Enter"), /10 times higher there, 6\.5 times at 90 m/);
+  const item = page.locator("#marked li").first();
+  await until("it is listed", async () => /clue, 10 times within 90 m: tracks, keys acnk typed/.test(await item.textContent()));
+  await until("it counts", async () => (await probability(page)) > before);
+  await shot(page, "clue.png");
+  await page.keyboard.press("c");
+  await page.keyboard.press("Escape");
+  assert.ok(await page.locator("#mark").isHidden(), "nothing is marked");
+  const count = await page.locator("#marked li").count();
+  await answered(page, () => item.getByRole("button", { name: "Withdraw" }).click(), /The clue is withdrawn/);
+  await until("it is off the list", async () => (await page.locator("#marked li").count()) === count - 1);
+  await until("it counts no longer", async () => (await probability(page)) === before);
+  const first = page.locator("#orders li").first();
+  await until("each robot has it", async () => /Mark \[5, 5\] withdrawn: all robots have it$/.test(await first.textContent()));
+
+  await page.keyboard.press("a");
+  for (const [row, column] of [[10, 5], [10, 7], [12, 7], [12, 5]]) {
+    await moveTo(page, row, column);
+    await page.keyboard.press("Enter");
+  }
+  await page.keyboard.press("s");
+  await page.locator("#mark-note").fill("team 2");
+  await answered(page, () => page.locator("#mark-done").click(), /cells are marked as searched by others: they have found 80 %/);
+  await until("it is listed", async () => /searched by others, 80 %: team 2/.test(await item.textContent()));
 }
 
 /** Draws an area by keys, and says what it is by another. */
@@ -146,7 +182,7 @@ async function sendOne(page, stopped) {
 async function reach(page) {
   await page.evaluate(() => document.activeElement?.blur());
   const reached = new Set();
-  for (let tries = 0; tries < 40; tries += 1) {
+  for (let tries = 0; tries < 90; tries += 1) {
     await page.keyboard.press("Tab");
     reached.add(await page.evaluate(() => document.activeElement?.id));
   }

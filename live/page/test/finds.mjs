@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 
-import { address, answered, browse, cells, moveTo, shot, states, text, until } from "./browse.mjs";
+import { address, answered, browse, cells, marks, moveTo, shot, states, text, until } from "./browse.mjs";
 
 const row = (page, name) => page.locator("#objects tbody tr", { hasText: name });
 const press = (page, name, button) => row(page, name).getByRole("button", { name: button, exact: true }).click();
@@ -11,7 +11,7 @@ const commands = (page) => page.locator("#orders li").allTextContents();
 /** Marks a cell until it is a find. */
 async function find(page, line, column) {
   await moveTo(page, line, column);
-  for (let times = 0; times < 4; times += 1) await answered(page, () => page.keyboard.press("c"), /marked as a clue/);
+  for (let times = 0; times < 4; times += 1) await marks(page, "c");
 }
 
 /** One find is confirmed in the list and stays; another is dismissed in the banner, undone, and dismissed again. */
@@ -29,7 +29,7 @@ export async function finds() {
     await answered(page, () => press(page, stays, "Confirm"), /\[16, 19\] is confirmed/);
     await until("it is confirmed", async () => /✓ confirmed/.test(await row(page, stays).textContent()));
     await until("all have it", async () => /Find \[16, 19\] confirmed: all robots have it/.test((await commands(page))[0]));
-    for (let times = 0; times < 9; times += 1) await answered(page, () => page.keyboard.press("s"), /marked as searched/);
+    for (let times = 0; times < 9; times += 1) await marks(page, "s");
     await until("the marks count", async () => (await text(page, "marks")) === "13");
     assert.match(await row(page, stays).textContent(), /✓ confirmed.*> 99\.9 %/, "nothing withdraws it");
     assert.match(await text(page, "cell"), /found, confirmed by hand/);

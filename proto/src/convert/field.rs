@@ -36,6 +36,8 @@ pub(super) enum Place {
     Known(usize),
     /// The operator's directive.
     Directive,
+    /// One of the operator's marks.
+    Mark(usize),
 }
 
 impl fmt::Display for Place {
@@ -47,6 +49,7 @@ impl fmt::Display for Place {
             Self::Declared(index) => write!(formatter, "declared[{index}]."),
             Self::Known(index) => write!(formatter, "version_vector[{index}]."),
             Self::Directive => write!(formatter, "directive."),
+            Self::Mark(index) => write!(formatter, "marks[{index}]."),
         }
     }
 }

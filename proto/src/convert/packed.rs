@@ -12,6 +12,7 @@ use dragnet_search::cell::Grid;
 use self::bytes::{Reader, Writer};
 use super::check::{Columns, MAX_ORIGINS};
 use crate::dragnet_msgs as wire;
+use crate::marks::{Marked, Marks};
 use crate::message::SyncReply;
 
 /// The first byte of a packed message; CDR begins with 0.
@@ -47,6 +48,9 @@ pub enum PackedError {
     /// A number that its field cannot hold.
     #[error("a packed number is larger than its field")]
     Large,
+    /// Bytes of a text that are no text.
+    #[error("a packed text is not UTF-8")]
+    Text,
     /// Unknown flags of readings.
     #[error("flags of packed readings: {0}; allowed are 0 to 7")]
     Flags(u8),
@@ -107,7 +111,6 @@ impl Packed for wire::Observation {
         to.number(self.cell);
         let Self { cells, values, variances, .. } = self;
         let columns = Columns { cells: cells.clone(), values: values.clone(), variances: variances.clone() };
-        // An operator's mark has no noise of a sensor, and is written in full.
         let noise_variance =
             usize::from(self.robot).checked_sub(1).and_then(|index| noise_variances.get(index));
         // The cell of an observation is on the map: it comes from a domain type.
@@ -364,6 +367,57 @@ impl Packed for wire::Zones {
             zones.numbers.push(from.number()?);
             zones.zones.push(from.byte()?);
             Ok(zones)
+        })
+    }
+}
+
+impl Packed for wire::Marks {
+    fn write(&self, to: &mut Writer, map: Map) {
+        to.number(self.robot);
+        to.number(self.time_ns);
+        write_list(to, map, &self.marks);
+    }
+
+    fn read(from: &mut Reader<'_>, grid: Grid) -> Result<Self, PackedError> {
+        let (robot, time_ns) = (from.number()?, from.number()?);
+        let marks = from.list(Marks::OPERATORS * Marks::MOST, |from| wire::Mark::read(from, grid))?;
+        Ok(Self { version: wire::VERSION, robot, time_ns, marks })
+    }
+}
+
+impl Packed for wire::Mark {
+    fn write(&self, to: &mut Writer, _: Map) {
+        to.number(self.id);
+        // Mostly it is as old as its mark.
+        to.signed(self.number.wrapping_sub(self.id).cast_signed());
+        to.byte(self.kind << 1 | u8::from(self.withdrawn));
+        to.number(self.strength);
+        to.number(self.radius);
+        readings::write_cells(to, &self.firsts);
+        self.counts.iter().for_each(|&count| to.number(count));
+        to.length(self.note.len());
+        self.note.bytes().for_each(|byte| to.byte(byte));
+    }
+
+    fn read(from: &mut Reader<'_>, grid: Grid) -> Result<Self, PackedError> {
+        let id: u64 = from.number()?;
+        let number = id.wrapping_add(from.signed()?.cast_unsigned());
+        let flags = from.byte()?;
+        let (strength, radius) = (from.number()?, from.number()?);
+        let firsts = readings::read_cells(from, grid.cell_count())?;
+        let counts = firsts.iter().map(|_| from.number()).collect::<Result<_, _>>()?;
+        let note = String::from_utf8(from.list(Marked::MAX_NOTE_BYTES, Reader::byte)?);
+        Ok(Self {
+            version: wire::VERSION,
+            id,
+            number,
+            withdrawn: flags & 1 == 1,
+            kind: flags >> 1,
+            strength,
+            radius,
+            firsts,
+            counts,
+            note: note.map_err(|_| PackedError::Text)?,
         })
     }
 }

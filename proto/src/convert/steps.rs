@@ -181,7 +181,7 @@ impl Check {
         kind.ok_or(ConvertError::Alternative {
             at: self.at_entry("kinds", index),
             found,
-            allowed: "0 observation, 1 intent, 2 heartbeat, 3 sync request, 4 sync reply, 5 mission status, 6 verdicts, 7 orders",
+            allowed: "0 observation, 1 intent, 2 heartbeat, 3 sync request, 4 sync reply, 5 mission status, 6 verdicts, 7 orders, 8 zones, 9 marks",
         })
     }
 
@@ -232,6 +232,7 @@ const fn kind_number(kind: MessageKind) -> u8 {
         MessageKind::Verdicts => 6,
         MessageKind::Orders => 7,
         MessageKind::Zones => 8,
+        MessageKind::Marks => 9,
     }
 }
 

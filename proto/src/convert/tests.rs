@@ -296,13 +296,53 @@ fn zones_are_rejected_by_field() {
 }
 
 #[test]
-fn a_mark_by_hand_comes_from_the_coordinator_alone() {
-    let origin = Origin { source: Source::Operator, incarnation: 0 };
-    let mark = Message::Observation(Arc::new(Observation { origin, ..observation(7, 0) }));
-    assert!(check_sender(&mark, Participant::Coordinator).is_ok());
-    assert!(check_sender(&mark, Participant::Robot(RobotId::FIRST)).is_err());
-    let seen = Message::Observation(Arc::new(observation(7, 0)));
-    assert!(check_sender(&seen, Participant::Coordinator).is_err());
+fn marks_are_rejected_by_field() {
+    let (version, number) = (wire::VERSION, 7);
+    let [firsts, counts] = [vec![1, 4], vec![2, 1]];
+    let (note, strength) = ("team 2".to_owned(), 800);
+    let search = wire::Mark {
+        version,
+        id: 5,
+        number,
+        kind: 1,
+        strength,
+        firsts,
+        counts,
+        note,
+        ..wire::Mark::default()
+    };
+    let [firsts, counts] = [vec![3], vec![1]];
+    let clue = wire::Mark { id: 6, kind: 0, strength: 20_000, radius: 150, firsts, counts, ..search.clone() };
+    let good = wire::Marks { version, robot: 0, time_ns: 3, marks: vec![search, clue] };
+    let codec = Codec::new(grid());
+    let read = codec.decode(MessageKind::Marks, &cdr::encode(&good)).unwrap();
+    assert!(check_sender(&read, Participant::Coordinator).is_ok());
+    assert!(check_sender(&read, Participant::Robot(RobotId::FIRST)).is_err());
+    let check = |change: fn(&mut wire::Marks), expected: &str| {
+        let mut wire = good.clone();
+        change(&mut wire);
+        let expected = format!("dragnet_msgs/msg/Marks .. {expected}");
+        assert_mentions(&refusal(MessageKind::Marks, &wire), &expected);
+    };
+    check(|it| it.marks[1].id = 5, "marks[1] .. 5 .. 5 .. ascending");
+    check(|it| it.marks = vec![it.marks[0].clone(); 2001], "marks .. 2001 .. 2000");
+    check(|it| it.marks[0].kind = 2, "marks[0].kind .. 2 .. 1 searched");
+    check(|it| it.marks[0].strength = 1000, "marks[0].strength .. 1 to 999");
+    check(|it| it.marks[0].strength = 0, "marks[0].strength .. 0 .. 1 to 999");
+    check(|it| it.marks[1].strength = 1000, "marks[1].strength .. 1000 .. 1001 to 1000000");
+    check(|it| it.marks[1].radius = 10_001, "marks[1].radius .. 10001 .. 0 to 10000");
+    check(|it| it.marks[1].counts[0] = 2, "marks[1].counts .. 2 .. 1 cell of a clue");
+    check(|it| (it.marks[0].firsts.clear(), it.marks[0].counts.clear()).0, "marks[0].counts .. 0");
+    check(|it| it.marks[0].firsts[1] = 2, "marks[0].firsts[1] .. 2 .. 3 .. ascending");
+    check(|it| it.marks[0].note = "é".repeat(121), "marks[0].note .. 242 .. 240");
+    check(|it| it.version = 9, "version .. 9 .. 4");
+    check(|it| it.marks[0].version = 9, "marks[0].version .. 9 .. 4");
+    // Few bytes, and many cells.
+    let whole = |it: &mut wire::Marks| {
+        let all = wire::Mark { firsts: vec![0], counts: vec![6], ..it.marks[0].clone() };
+        it.marks = (0..33).map(|id| wire::Mark { id, ..all.clone() }).collect();
+    };
+    check(whole, "marks[32].counts[0] .. 6 .. 0");
 }
 
 #[test]

@@ -36,6 +36,8 @@ ros_messages! {
     Verdicts,
     Orders,
     Zones,
+    Mark,
+    Marks,
     Step,
     StepReply,
     Sensed,

@@ -21,6 +21,8 @@ pub enum Selection {
     Orders,
     /// The operator's zones as all robots and the coordinator know them.
     Zones,
+    /// The operator's marks as all robots and the coordinator know them.
+    Marks,
     /// Liveliness tokens of all robots and the coordinator.
     Alive,
     /// Requests addressed to a participant.
@@ -44,6 +46,7 @@ impl fmt::Display for Selection {
             Self::Verdicts => formatter.write_str("**/verdicts"),
             Self::Orders => formatter.write_str("**/orders"),
             Self::Zones => formatter.write_str("**/zones"),
+            Self::Marks => formatter.write_str("**/marks"),
             Self::Alive => formatter.write_str("**/alive/*/*"),
             Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
             Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),

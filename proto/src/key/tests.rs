@@ -26,10 +26,10 @@ fn topics() -> impl Strategy<Value = Topic> {
         pair().prop_map(|(from, to)| Topic::SyncRequest { from, to }),
         pair().prop_map(|(from, to)| Topic::SyncReply { from, to }),
         Just(Topic::Status),
-        Just(Topic::ByHand),
         participants().prop_map(Topic::Verdicts),
         participants().prop_map(Topic::Orders),
         participants().prop_map(Topic::Zones),
+        participants().prop_map(Topic::Marks),
         participants().prop_map(Topic::SimStep),
         robots().prop_map(Topic::SimSensed),
     ]
@@ -44,7 +44,7 @@ proptest! {
 
     #[test]
     fn a_text_that_is_a_key_is_the_only_one_of_it(
-        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|verdicts|orders|zones|alive|sync_reply|step|coordinator)){0,4}",
+        text in "(dragnet|drag)/[a-z]{1,2}/(robots|coordinator|sim)(/(0?[0-9]{1,5}|[0-9a-f]{16}|observation|verdicts|orders|zones|marks|alive|sync_reply|step|coordinator)){0,4}",
     ) {
         if let Ok(key) = text.parse::<Key>() {
             prop_assert_eq!(key.to_string(), text);
@@ -86,13 +86,14 @@ fn keys_are_spelled_as_documented() {
     );
     check(Topic::SyncReply { from: Participant::Coordinator, to: three }, "coordinator/sync_reply/3");
     check(Topic::Status, "coordinator/status");
-    check(Topic::ByHand, "coordinator/observation");
     check(Topic::Verdicts(Participant::Coordinator), "coordinator/verdicts");
     check(Topic::Verdicts(three), "robots/3/verdicts");
     check(Topic::Orders(Participant::Coordinator), "coordinator/orders");
     check(Topic::Zones(Participant::Coordinator), "coordinator/zones");
+    check(Topic::Marks(Participant::Coordinator), "coordinator/marks");
     check(Topic::Orders(three), "robots/3/orders");
     check(Topic::Zones(three), "robots/3/zones");
+    check(Topic::Marks(three), "robots/3/marks");
     check(Topic::SimStep(Participant::Coordinator), "sim/step/coordinator");
     check(Topic::SimStep(three), "sim/step/3");
     check(Topic::SimSensed(robot), "sim/sensed/12");
@@ -128,6 +129,7 @@ fn participants_publish_under_their_own_keys_only() {
     let robot = Participant::Robot(RobotId::FIRST);
     let of = |kind, from, to| Topic::of(kind, from, to);
     assert_eq!(of(MessageKind::Intent, Participant::Coordinator, Audience::All), None);
+    assert_eq!(of(MessageKind::Observation, Participant::Coordinator, Audience::All), None);
     assert_eq!(of(MessageKind::MissionStatus, robot, Audience::All), None);
     assert_eq!(of(MessageKind::SyncReply, robot, Audience::All), None);
     assert_eq!(of(MessageKind::Intent, robot, Audience::One(robot)), None);
@@ -168,6 +170,8 @@ fn a_selection_matches_its_keys_and_no_others() {
         Topic::Orders(coordinator),
         Topic::Zones(three),
         Topic::Zones(coordinator),
+        Topic::Marks(three),
+        Topic::Marks(coordinator),
     ];
     let check = |selection, expected: &[Topic]| {
         let expression = mission().expression(selection);
@@ -185,6 +189,7 @@ fn a_selection_matches_its_keys_and_no_others() {
     check(Selection::Verdicts, &topics[12..14]);
     check(Selection::Orders, &topics[14..16]);
     check(Selection::Zones, &topics[16..18]);
+    check(Selection::Marks, &topics[18..20]);
     check(Selection::SyncRequestsTo(three), &topics[5..7]);
     check(Selection::SyncRequestsTo(coordinator), &topics[7..8]);
     check(Selection::SyncRepliesTo(three), &topics[8..9]);

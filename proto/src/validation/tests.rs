@@ -106,26 +106,12 @@ fn observations_in_the_future_are_not_accepted_yet() {
 }
 
 #[test]
-fn a_mark_is_valid_after_the_one_before_it() {
-    let limits = limits();
-    let mark = |seconds, readings| {
-        let origin = Origin { source: Source::Operator, incarnation: 0 };
-        Observation { origin, sequence: 0, time_ns: seconds * SECOND, from: cell(0, 3), readings }
-    };
-    let clue = mark(5, vec![Mark::Clue.reading(cell(0, 3))]);
-    let check = |observation: &Observation, before: Option<&Observation>, expected| {
-        assert_eq!(
-            limits.check(&Arc::new(observation.clone()), before.map(only)),
-            expected,
-            "{observation:?}"
-        );
-    };
-    check(&clue, None, Ok(()));
-    check(&clue, Some(&mark(5, Vec::new())), Ok(()));
-    check(&clue, Some(&mark(6, Vec::new())), Err(Rejection::Backwards));
-    check(&mark(5, Vec::new()), None, Err(Rejection::NoMark));
-    check(&mark(5, vec![Mark::Clue.reading(cell(0, 0))]), None, Err(Rejection::NoMark));
-    let mut surer = clue;
-    surer.readings[0].variance /= 2.0;
-    check(&surer, None, Err(Rejection::NoMark));
+fn nobody_but_robots_of_the_team_observes() {
+    let stranger = RobotId::new(2).unwrap();
+    for source in [Source::Operator, stranger.into()] {
+        let origin = Origin { source, incarnation: 0 };
+        let observation = Observation { origin, ..observed(0, 5, cell(0, 0), Vec::new()) };
+        assert_eq!(limits().check(&Arc::new(observation), None), Err(Rejection::Stranger));
+        assert!(!limits().counts(source));
+    }
 }

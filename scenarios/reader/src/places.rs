@@ -49,6 +49,12 @@ impl Places {
         format!("{}{center}", self.cell(cell))
     }
 
+    /// So many cells in meters.
+    #[must_use]
+    pub fn meters(&self, cells: f64) -> f64 {
+        cells * self.cell_meters
+    }
+
     /// Some cells, at least one, by their number and the one in the middle.
     #[must_use]
     pub fn some(&self, cells: &BTreeSet<Cell>) -> String {

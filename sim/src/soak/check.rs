@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use dragnet_proto::command::Command;
 use dragnet_proto::directive::TeamOrder;
+use dragnet_proto::marks::Marks;
 use dragnet_proto::message::{Activity, Message, ZoneReport};
 use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::state_machine::{Effects, Event};
@@ -53,6 +54,8 @@ struct Shadow {
     names: BTreeSet<Name>,
     /// The verdicts that it received or published, which the belief contains.
     verdicts: Verdicts,
+    /// The marks likewise.
+    marks: Marks,
     declared: BTreeSet<Cell>,
     /// What it did last.
     activity: Activity,
@@ -113,6 +116,7 @@ impl<'a> Checks<'a> {
             belief: scenario.prior().clone(),
             names: BTreeSet::new(),
             verdicts: Verdicts::default(),
+            marks: Marks::default(),
             declared: BTreeSet::new(),
             activity: Activity::Searching,
             moved: now,
@@ -122,6 +126,7 @@ impl<'a> Checks<'a> {
 
     /// Records an event before it is handled.
     pub(super) fn before(&mut self, participant: Participant, now: MissionTime, event: &Event<Message>) {
+        let grid = self.scenario.terrain().grid();
         let shadow = self.shadow(participant, now);
         if matches!(event, Event::Start | Event::Sensed { .. }) {
             shadow.moved = now;
@@ -129,23 +134,39 @@ impl<'a> Checks<'a> {
         if let Event::Received { message: Message::Verdicts(report), .. } = event {
             shadow.verdicts.merge(now, &report.verdicts, &mut shadow.belief);
         }
+        if let Event::Received { message: Message::Marks(report), .. } = event {
+            shadow.marks.merge_into(now, &report.marks, grid, &mut shadow.belief);
+        }
     }
 
-    /// A robot publishes the verdicts that it received, and the coordinator also those that the operator gave it.
-    fn check_verdicts(
+    /// A robot publishes the verdicts and marks that it received, and the coordinator also those that the operator gave it.
+    fn check_by_hand(
         &mut self,
         participant: Participant,
         now: MissionTime,
         effects: &Effects<Message>,
     ) -> Result<(), Violation> {
+        let grid = self.scenario.terrain().grid();
         let shadow = self.shadow(participant, now);
+        let may_add = participant == Participant::Coordinator;
         for (_, message) in &effects.published {
-            let Message::Verdicts(report) = message else { continue };
-            if participant == Participant::Coordinator {
-                shadow.verdicts.take(report.verdicts.iter(), &mut shadow.belief);
-            }
-            if report.verdicts != shadow.verdicts {
-                let what = "it published other verdicts than it received".to_owned();
+            let is_known = match message {
+                Message::Verdicts(report) => {
+                    if may_add {
+                        shadow.verdicts.take(report.verdicts.iter(), &mut shadow.belief);
+                    }
+                    report.verdicts == shadow.verdicts
+                }
+                Message::Marks(report) => {
+                    if may_add {
+                        shadow.marks.merge_into(now, &report.marks, grid, &mut shadow.belief);
+                    }
+                    report.marks == shadow.marks
+                }
+                _ => true,
+            };
+            if !is_known {
+                let what = "it published other verdicts or marks than it received".to_owned();
                 return Err(Violation::Broken { at: now, participant, what });
             }
         }
@@ -162,7 +183,7 @@ impl<'a> Checks<'a> {
         observations: u64,
     ) -> Result<(), Violation> {
         self.count += 1;
-        self.check_verdicts(participant, now, effects)?;
+        self.check_by_hand(participant, now, effects)?;
         let broken = |what: String| Err(Violation::Broken { at: now, participant, what });
         let shadow = self.shadow(participant, now);
         for observation in &effects.kept {

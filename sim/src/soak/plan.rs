@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
-use dragnet_proto::command::{Command, Mark};
+use dragnet_proto::command::Command;
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::verdict::Decision;
@@ -15,6 +15,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Scenario, ScenarioError};
 use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::generated::Generated;
+use dragnet_search::mark::{Clue, Mark, Searched};
 use dragnet_search::observation::RobotId;
 use dragnet_search::policy::PolicyName;
 use dragnet_search::seed::{Purpose, Stream, stream};
@@ -222,9 +223,20 @@ impl Draw<'_> {
         }
         if self.random.random_bool(0.5) {
             for _ in 0..self.random.random_range(1..=6) {
-                let mark = if self.random.random() { Mark::Clue } else { Mark::Searched };
-                let command = Command::Mark(mark, self.cells(grid, 1)[0]);
-                commands.push((self.time(), command));
+                let mark = if self.random.random() {
+                    let (cell, radius_hundredths) =
+                        (self.cells(grid, 1)[0], self.random.random_range(0..=300));
+                    Mark::Clue(Clue { cell, ratio_thousandths: 55_000, radius_hundredths })
+                } else {
+                    let cells = self.cells(grid, 3).into_iter().collect();
+                    Mark::Searched(Searched { cells, pod_thousandths: self.random.random_range(1..=999) })
+                };
+                let (made, withdrawn) = interval(self.random, self.budget.as_secs());
+                commands.push((made, Command::Mark(mark, "by hand".to_owned())));
+                if self.random.random() {
+                    let id = MissionTime::START + Duration::from_secs_f64(made);
+                    commands.push((withdrawn, Command::Unmark(id.0)));
+                }
             }
         }
         if self.random.random_bool(0.3) {

@@ -38,5 +38,6 @@ const fn name(kind: MessageKind) -> &'static str {
         MessageKind::Verdicts => "verdicts",
         MessageKind::Orders => "orders",
         MessageKind::Zones => "zones",
+        MessageKind::Marks => "marks",
     }
 }

@@ -2,26 +2,23 @@
 
 use std::sync::Arc;
 
-use dragnet_proto::command::Mark;
 use dragnet_proto::convert;
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::message::{
-    Activity, Heartbeat, Intent, Message, MessageKind, OrderReport, SyncReply, SyncRequest, VerdictReport,
-    ZoneReport,
+    Activity, Heartbeat, Intent, MarkReport, Message, MessageKind, OrderReport, SyncReply, SyncRequest,
+    VerdictReport, ZoneReport,
 };
 use dragnet_proto::verdict::Decision;
 use dragnet_proto::zones::Zone;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version, Versions};
+use dragnet_search::mark::{Clue, Mark};
+use dragnet_search::observation::{Observation, Origin, RobotId, Version, Versions};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
 use super::{Said, World};
-
-/// The origin of the operator's marks.
-const BY_HAND: Origin = Origin { source: Source::Operator, incarnation: 0 };
 
 fn origin((robot, incarnation): (RobotId, u64)) -> Origin {
     Origin { source: robot.into(), incarnation }
@@ -32,9 +29,6 @@ impl World {
         let mate = *self.mates.choose(&mut self.random).unwrap();
         let (robot, origin) = (Participant::Robot(mate.0), origin(mate));
         let (from, message) = match kind {
-            MessageKind::Observation if self.random.random_ratio(1, 8) => {
-                (Participant::Coordinator, Message::Observation(self.mark()))
-            }
             MessageKind::Observation => (robot, Message::Observation(self.some_observation(origin))),
             MessageKind::Intent => (robot, Message::Intent(self.intent(mate))),
             MessageKind::Heartbeat => (robot, Message::Heartbeat(self.heartbeat(mate))),
@@ -48,6 +42,7 @@ impl World {
             MessageKind::Verdicts => (robot, Message::Verdicts(self.verdicts(robot))),
             MessageKind::Orders => (robot, Message::Orders(self.orders(robot))),
             MessageKind::Zones => (robot, Message::Zones(self.zones(robot))),
+            MessageKind::Marks => (robot, Message::Marks(self.marks(robot))),
         };
         Said { from, kind, bytes: convert::encode(&message) }
     }
@@ -81,13 +76,6 @@ impl World {
             readings[0].value = 1e6;
         }
         Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings })
-    }
-
-    fn mark(&mut self) -> Arc<Observation> {
-        let from = self.any_cell();
-        let readings = vec![Mark::Searched.reading(from)];
-        let sequence = self.agent.replica().log().next(BY_HAND);
-        Arc::new(Observation { origin: BY_HAND, sequence, time_ns: self.now.0, from, readings })
     }
 
     /// Of all cells in the footprint: empty with noise.
@@ -148,6 +136,22 @@ impl World {
         let mut orders = mission.orders().clone();
         orders.order(self.now.0, mate, order, mission.directive());
         OrderReport { from, time_ns: self.now.0, orders }
+    }
+
+    /// The coordinator's marks; mostly another one has more, or has withdrawn one.
+    fn marks(&mut self, from: Participant) -> MarkReport {
+        let (cell, radius_hundredths) = (self.any_cell(), self.random.random_range(0..500));
+        let mut marks = self.node.mission().marks().clone();
+        let last = marks.iter().last().map(|(id, _)| id);
+        match last {
+            Some(last) if self.random.random() => drop(marks.withdraw(self.now.0, last)),
+            _ if !marks.has_room(self.scenario.terrain().grid(), 1) => {}
+            _ => {
+                let mark = Mark::Clue(Clue { cell, ratio_thousandths: 2_000, radius_hundredths });
+                marks.make(self.now.0, mark, "a glove".to_owned());
+            }
+        }
+        MarkReport { from, time_ns: self.now.0, marks }
     }
 
     /// The coordinator's zones; mostly another one has more.

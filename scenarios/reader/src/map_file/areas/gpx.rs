@@ -163,7 +163,7 @@ mod tests {
             let areas = Areas::from_bytes(Path::new("a.gpx"), text.as_bytes().to_vec()).unwrap();
             MapFile::of_areas(Path::new("a.gpx"), areas, 10.0).unwrap_err().to_string()
         };
-        let told = "without a search area: .. export of a search .. tracks and finds; .. GeoJSON or the KML .. a map .. drawn areas";
+        let told = "without a search area: .. export of a search .. tracks and finds; .. GeoJSON or the KML .. a recording .. map has drawn areas";
         assert_mentions(&of_map(&text), told);
         let places = "<gpx><wpt lat='1' lon='2'><name>A</name></wpt></gpx>";
         assert_mentions(&of_map(places), "without a search area; allowed is at least one polygon");

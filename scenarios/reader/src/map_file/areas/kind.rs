@@ -16,7 +16,7 @@ pub(super) const LAST_KNOWN_POSITION: &str = "last_known_position";
 pub(super) const START: &str = "start";
 
 /// Kinds that an export adds to the areas of its mission, which are not inputs of a search.
-const EXPORTED: [&str; 4] = ["found", "dismissed", TRACK, "cleared"];
+const EXPORTED: [&str; 6] = ["found", "dismissed", "clue", "searched", TRACK, "cleared"];
 /// The kind of a robot's track in an export.
 pub(super) const TRACK: &str = "track";
 
