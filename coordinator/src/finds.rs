@@ -1,11 +1,15 @@
 //! Finds with what the operator has decided about them: declared objects, and those that were dismissed.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use dragnet_proto::message::Detection;
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
+use dragnet_search::observation::Source;
+
+use crate::fold::MissionFold;
 
 /// A find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +42,38 @@ pub fn finds(declared: &[Detection], verdicts: &Verdicts) -> Vec<Find> {
         operator: Some(Decision::Dismissed),
     });
     found.chain(dismissed).collect()
+}
+
+/// Whose evidence made a cell reach the detection threshold, while it does.
+#[derive(Clone, Debug)]
+pub struct Finders {
+    detection_threshold: f64,
+    of: BTreeMap<Cell, Source>,
+}
+
+impl Finders {
+    /// Before the first observation.
+    #[must_use]
+    pub const fn new(detection_threshold: f64) -> Self {
+        Self { detection_threshold, of: BTreeMap::new() }
+    }
+
+    /// Credits evidence of these cells that the fold has just taken; a find that was dismissed keeps its finder.
+    pub fn credit(&mut self, fold: &MissionFold, source: Source, cells: impl IntoIterator<Item = Cell>) {
+        for cell in cells {
+            if fold.belief().is_found(cell, self.detection_threshold) {
+                self.of.entry(cell).or_insert(source);
+            } else if fold.verdicts().decision(cell).is_none() {
+                self.of.remove(&cell);
+            }
+        }
+    }
+
+    /// The finder of a cell.
+    #[must_use]
+    pub fn of(&self, cell: Cell) -> Option<Source> {
+        self.of.get(&cell).copied()
+    }
 }
 
 /// Numbers of finds, for reports.

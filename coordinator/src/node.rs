@@ -21,7 +21,7 @@ use crate::recording::{Notify, Recording};
 pub struct CoordinatorNode {
     mission: Mission,
     recording: Option<Recording>,
-    listener: Option<Listener>,
+    listeners: Vec<Listener>,
     /// The time of the latest event.
     latest: MissionTime,
 }
@@ -33,13 +33,19 @@ impl CoordinatorNode {
     /// A mission, recorded if there is a recorder.
     #[must_use]
     pub fn new(mission: Mission, recorder: Option<Recorder>) -> Self {
-        Self { mission, recording: recorder.map(Recording::new), listener: None, latest: MissionTime::START }
+        Self {
+            mission,
+            recording: recorder.map(Recording::new),
+            listeners: Vec::new(),
+            latest: MissionTime::START,
+        }
     }
 
-    /// Adds a listener, which is called with each record from now on.
+    /// Adds a listener, if there is one, which is called with each record from now on.
     #[must_use]
-    pub fn with_listener(self, listener: Option<Listener>) -> Self {
-        Self { listener, ..self }
+    pub fn with_listener(mut self, listener: Option<Listener>) -> Self {
+        self.listeners.extend(listener);
+        self
     }
 
     /// Adds a listener for notices about the recording.
@@ -114,7 +120,7 @@ impl CoordinatorNode {
     fn record(&mut self, now: MissionTime, records: &[Record]) {
         self.latest = self.latest.max(now);
         for record in records {
-            if let Some(listener) = &mut self.listener {
+            for listener in &mut self.listeners {
                 listener(now, record);
             }
             if let Some(recording) = &mut self.recording {

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_coordinator::finds::Finders;
 use dragnet_coordinator::fold::{Change, MissionFold};
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::track::Track;
@@ -98,8 +99,7 @@ pub struct View {
     robots: BTreeMap<RobotId, Walk>,
     entropy_nats: f64,
     searched: Searched,
-    /// Whose observation made a cell reach the detection threshold, while it does.
-    finders: BTreeMap<Cell, Source>,
+    finders: Finders,
     curve: Curve,
     observations: u64,
     /// The operator's marks that recordings of earlier versions hold as observations.
@@ -165,7 +165,7 @@ impl View {
             entropy_nats: fold.belief().entropy_nats(&about.terrain),
             now: MissionTime::START,
             searched: Searched::new(&fold, about.detection_threshold),
-            finders: BTreeMap::new(),
+            finders: Finders::new(about.detection_threshold),
             robots: about.team.iter().map(|&robot| (robot, Walk::default())).collect(),
             curve: Curve::default(),
             observations: 0,
@@ -227,22 +227,12 @@ impl View {
         // Marks are few: they may move any number of cells.
         self.entropy_nats = self.belief().entropy_nats(self.terrain());
         self.searched.update(&self.fold, cells);
-        self.credit(Source::Operator, cells.iter().copied());
-    }
-
-    /// Notes whose evidence made cells reach the detection threshold; a find that was dismissed keeps its finder.
-    fn credit(&mut self, source: Source, cells: impl Iterator<Item = Cell>) {
-        for cell in cells {
-            if self.fold.belief().is_found(cell, self.about.detection_threshold) {
-                self.finders.entry(cell).or_insert(source);
-            } else if self.fold.verdicts().decision(cell).is_none() {
-                self.finders.remove(&cell);
-            }
-        }
+        self.finders.credit(&self.fold, Source::Operator, cells.iter().copied());
     }
 
     fn observe(&mut self, observation: &Observation) {
-        self.credit(observation.origin.source, observation.readings.iter().map(|reading| reading.cell));
+        let cells = observation.readings.iter().map(|reading| reading.cell);
+        self.finders.credit(&self.fold, observation.origin.source, cells);
         if let Source::Robot(robot) = observation.origin.source {
             self.received.push_back(self.now);
             self.observations += 1;
@@ -352,7 +342,7 @@ impl View {
     /// Whose observation made a cell reach the detection threshold, if it does.
     #[must_use]
     pub fn finder(&self, cell: Cell) -> Option<Source> {
-        self.finders.get(&cell).copied()
+        self.finders.of(cell)
     }
 
     /// The probability of detection of a cell, 0 to 1; `None` if it was never observed.
