@@ -363,7 +363,7 @@ impl Weigh<'_> {
 }
 
 /// The no-go zone by the operator's order, as an area of the next search.
-fn closed(zones: &Zones, terrain: &Terrain, frame: &Georeference) -> Option<Area> {
+pub(crate) fn closed(zones: &Zones, terrain: &Terrain, frame: &Georeference) -> Option<Area> {
     zones.cells(Zone::NoGo).next()?;
     let is_closed: Vec<bool> =
         terrain.grid().cells().map(|cell| zones.of(cell) == Some(Zone::NoGo)).collect();

@@ -1,13 +1,15 @@
-//! A recorded mission as files for maps, GPS receivers and ground stations.
+//! A recorded mission as files for maps, GPS receivers and ground stations, and a running one as events for TAK.
 //!
 //! - [`account`]: the state of a recorded mission at a time: finds, tracks, plans and the probability of detection of
 //!   each cell;
 //! - [`geojson`], [`kml`], [`gpx`], [`plan`]: an account as the text of a file. The same account gives the same bytes;
+//! - [`cot`]: a running mission as events of Cursor on Target;
 //! - [`belief`]: what a recorded mission believed, as the prior of the next one.
 
 pub mod account;
 mod bands;
 pub mod belief;
+pub mod cot;
 mod error;
 pub mod geojson;
 pub mod gpx;

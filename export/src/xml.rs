@@ -10,7 +10,15 @@ pub(crate) type Document = Writer<Vec<u8>>;
 
 /// A document with a declaration and the written elements.
 pub(crate) fn document(write: impl FnOnce(&mut Document) -> io::Result<()>) -> String {
-    let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
+    declared(Writer::new_with_indent(Vec::new(), b' ', 2), write)
+}
+
+/// The same without any space between elements.
+pub(crate) fn line(write: impl FnOnce(&mut Document) -> io::Result<()>) -> String {
+    declared(Writer::new(Vec::new()), write)
+}
+
+fn declared(mut writer: Document, write: impl FnOnce(&mut Document) -> io::Result<()>) -> String {
     let declaration = Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None));
     let written = writer.write_event(declaration).and_then(|()| write(&mut writer));
     written.unwrap_or_else(|_| unreachable!("memory takes all that is written"));
@@ -24,7 +32,7 @@ pub(crate) fn element(writer: &mut Document, name: &str, text: &str) -> io::Resu
 }
 
 /// Without the characters that XML cannot contain.
-fn plain(text: &str) -> String {
+pub(crate) fn plain(text: &str) -> String {
     let is_allowed = |c: &char| matches!(c, '\t' | '\n' | '\r' | '\u{20}'..='\u{fffd}' | '\u{10000}'..);
     text.chars().filter(is_allowed).collect()
 }
