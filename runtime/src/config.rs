@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use dragnet_agent::agent::AgentConfig;
+use dragnet_export::cot::NotOnEarth;
 use dragnet_files::read_text_at_most;
 use dragnet_lattice::costmap::CostMap;
 use dragnet_proto::key::Mission;
@@ -19,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::session::Endpoints;
 use crate::vehicle::detector;
-use crate::{RuntimeError, mavlink, ros};
+use crate::{RuntimeError, mavlink, ros, tak};
 
 /// Settings that every process of a mission has.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
@@ -130,6 +131,9 @@ pub struct CoordinatorSettings {
     /// The live page; without it there is none.
     #[serde(default)]
     pub live: Option<dragnet_live::page::Settings>,
+    /// The mission on the maps of TAK (ATAK, WinTAK, iTAK); without it nothing is sent there.
+    #[serde(default)]
+    pub tak: Option<tak::settings::Settings>,
     /// Settings of every process.
     pub common: Common,
 }
@@ -359,6 +363,25 @@ impl AgentSettings {
             return Err("[detector] has no images; needed is an image of ros.cameras".to_owned());
         }
         Ok(())
+    }
+}
+
+impl CoordinatorSettings {
+    /// The mission's target of TAK, if the settings have one. `file` is the file of the settings.
+    ///
+    /// # Errors
+    /// If a value is invalid, or the scenario's map does not lie on the earth: with the key and what is needed.
+    pub fn tak(
+        &self,
+        file: &Path,
+        scenario: &Scenario,
+    ) -> Result<Option<tak::settings::Checked>, RuntimeError> {
+        let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
+        let Some(settings) = &self.tak else { return Ok(None) };
+        if scenario.georeference().is_none() {
+            return Err(failed(format!("[tak]: {NotOnEarth}")));
+        }
+        settings.check(file).map(Some).map_err(failed)
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use dragnet_export::cot::NotOnEarth;
 use dragnet_proto::state_machine::ParticipantError;
 use dragnet_scenario::participant::Participant;
 
@@ -90,6 +91,12 @@ pub enum RuntimeError {
 impl From<ParticipantError> for RuntimeError {
     fn from(ParticipantError { participant, reason }: ParticipantError) -> Self {
         Self::Participant { participant, reason }
+    }
+}
+
+impl From<NotOnEarth> for RuntimeError {
+    fn from(error: NotOnEarth) -> Self {
+        Self::Unsupported(error.to_string())
     }
 }
 

@@ -13,6 +13,7 @@
 //! - [`ros`], [`vehicle`]: a robot's ROS 2 network, and its vehicle on it; [`dry_run`]: the same on a recording;
 //! - [`mavlink`]: a vehicle behind an autopilot that speaks MAVLink;
 //! - [`doctor`]: checks of a robot's settings and surroundings;
+//! - [`tak`]: the mission on the maps of TAK;
 //! - [`stop`]: signals that end a process; [`relay`]: emulates a bad link, for tests;
 //! - [`world`]: the simulator for participants driven by the wall clock;
 //! - [`team`]: a whole team in one call; [`config`], [`serve`]: each part as a process of its own.
@@ -37,6 +38,7 @@ pub mod serve;
 pub mod session;
 pub mod source_places;
 pub mod stop;
+pub mod tak;
 pub mod team;
 pub mod vehicle;
 pub mod wall_clock;

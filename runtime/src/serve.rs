@@ -8,6 +8,7 @@ use std::time::Duration;
 use dragnet_agent::agent::Agent;
 use dragnet_coordinator::finds::FindCounts;
 use dragnet_coordinator::node::Listener;
+use dragnet_export::cot::{self, Source};
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
@@ -27,6 +28,7 @@ use crate::lockstep::LockstepNode;
 use crate::progress::{Expected, Mover};
 use crate::session::{self, Endpoints, Mode, block_on, leaving, open_when_there};
 use crate::stop::{self, Bond};
+use crate::tak::{self, Feed};
 use crate::team::recording::Existing;
 use crate::team::{self, Options};
 use crate::vehicle::{self, Embodied, detector};
@@ -230,13 +232,22 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
     let Checked { mission, scenario } = config.common.check(file)?;
     let real_time_factor = config.common.real_time_factor;
     let options = Options {
-        recording: config.recording.or_else(|| scenario.recording().file.clone()),
+        recording: config.recording.clone().or_else(|| scenario.recording().file.clone()),
         real_time_factor: Some(real_time_factor),
         version: version.to_owned(),
         medium: team::Medium::Zenoh,
         threads: 0,
         processes: None,
+        tak: None,
     };
+    let target = config.tak(file, &scenario)?;
+    let is_field = real_time_factor.to_bits() == 1.0_f64.to_bits();
+    let source = if is_field { Source::Field } else { Source::Simulation };
+    let feed = |target| {
+        let name = &mission.to_string();
+        tak::feed(target, &cot::Mission { name, scenario: &scenario, source, real_time_factor })
+    };
+    let (feed, told) = target.map(feed).transpose()?.unzip();
     let shown = config.live.as_ref().map(|settings| show(settings, &scenario, file)).transpose()?;
     let (shown, listener, commands) = match shown {
         Some((server, listener, commands)) => (Some(server), Some(listener), commands),
@@ -244,7 +255,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
     };
     let there = Existing::Beside;
     let node = team::recording::node(&scenario, config.common.seed, &options, there)?;
-    let mut node = node.with_listener(listener);
+    let mut node = node.with_listener(listener).with_listener(told);
     let codec = Codec::of(&scenario);
     let clock = Clock::new(real_time_factor);
     let ended = block_on(async {
@@ -262,6 +273,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
             if let Some(server) = &shown {
                 tracing::info!("live page: {}", server.address());
             }
+            let _sending = feed.map(Feed::start);
             wall_clock::run(&mut link, &mut node, scenario.places(), clock, None, commands, stop)
                 .await
                 .map(|log| log.ended)

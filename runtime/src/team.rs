@@ -6,9 +6,10 @@ mod memory_run;
 pub(crate) mod recording;
 mod wall_clock_run;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use dragnet_coordinator::node::Listener;
+use dragnet_export::cot::NotOnEarth;
 use dragnet_proto::key::Mission;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::{Network, Scenario};
@@ -22,6 +23,7 @@ use zenoh::Session;
 use crate::RuntimeError;
 use crate::config::check_real_time_factor;
 use crate::session::{Endpoints, free_endpoints, open, runtime};
+use crate::tak;
 use crate::wall_clock::Report;
 
 /// Medium of the messages of a team in simulated time. The search and its recording are the same, byte for byte.
@@ -51,6 +53,8 @@ pub struct Options {
     pub threads: usize,
     /// Version and commit of this program, for the recording.
     pub version: String,
+    /// Where to send a mission by the wall clock on the maps of TAK.
+    pub tak: Option<tak::settings::Settings>,
 }
 
 /// The results of a run.
@@ -104,8 +108,7 @@ pub fn run_watched(
     check(scenario, options)?;
     match options.real_time_factor {
         None if onlooker.is_some() => {
-            let why = "a search that is watched runs by the wall clock: give it a real_time_factor";
-            Err(RuntimeError::Unsupported(why.to_owned()))
+            unsupported("a search that is watched runs by the wall clock: give it a real_time_factor")
         }
         None if options.medium == Medium::Memory => memory_run::run(scenario, seed, options, spectator),
         None => lockstep_run::run(&runtime()?, scenario, seed, options, spectator),
@@ -127,21 +130,42 @@ pub fn run_watched(
 pub fn check(scenario: &Scenario, options: &Options) -> Result<(), RuntimeError> {
     if options.medium == Medium::Memory && (options.processes.is_some() || options.real_time_factor.is_some())
     {
-        let why = "robots in processes of their own, and teams by the wall clock, need Zenoh";
-        return Err(RuntimeError::Unsupported(why.to_owned()));
+        return unsupported("robots in processes of their own, and teams by the wall clock, need Zenoh");
     }
     if options.medium == Medium::Zenoh {
         mission(scenario)?;
     }
-    let Some(real_time_factor) = options.real_time_factor else { return Ok(()) };
+    let Some(real_time_factor) = options.real_time_factor else {
+        return match options.tak {
+            Some(_) => {
+                unsupported("a search that is sent to TAK runs by the wall clock: give it a real_time_factor")
+            }
+            None => Ok(()),
+        };
+    };
+    target(options)?;
+    if options.tak.is_some() && scenario.georeference().is_none() {
+        return Err(NotOnEarth.into());
+    }
     check_real_time_factor(real_time_factor).map_err(RuntimeError::Unsupported)?;
     let faults = Network { bytes_per_second: None, ..scenario.network().clone() };
     if faults != Network::default() {
-        let why = "[network] faults but bytes_per_second are simulated in simulated time only: run without a \
-                   real_time_factor, or remove them";
-        return Err(RuntimeError::Unsupported(why.to_owned()));
+        return unsupported(
+            "[network] faults but bytes_per_second are simulated in simulated time only: run without a \
+             real_time_factor, or remove them",
+        );
     }
     Ok(())
+}
+
+fn unsupported<T>(why: &str) -> Result<T, RuntimeError> {
+    Err(RuntimeError::Unsupported(why.to_owned()))
+}
+
+/// Where to send the mission on the maps of TAK.
+fn target(options: &Options) -> Result<Option<tak::settings::Checked>, RuntimeError> {
+    let target = options.tak.as_ref().map(|settings| settings.check(Path::new("")));
+    target.transpose().map_err(RuntimeError::Unsupported)
 }
 
 /// All participants of a scenario: robots by number, then the coordinator.

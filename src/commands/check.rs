@@ -68,6 +68,7 @@ fn check(path: &Path) -> Result<String, String> {
         }),
         Kind::Coordinator => config::load::<CoordinatorSettings>(path).and_then(|settings| {
             let checked = settings.common.check(path)?;
+            settings.tak(path, &checked.scenario)?;
             Ok((format!("coordinator of mission {}", checked.mission), settings.common.zenoh))
         }),
         Kind::Sim => config::load::<SimSettings>(path).and_then(|settings| {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use dragnet_live::page::Page;
 use dragnet_live::view::About;
 use dragnet_runtime::config::check_real_time_factor;
+use dragnet_runtime::tak;
 use dragnet_runtime::team::{self, Medium, Options, RunObserver};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::file::PolicyField;
@@ -31,6 +32,7 @@ Examples:
   dragnet run scenarios/team.toml --policy greedy --robots 4 --seed 7 --json
   dragnet run scenarios/team.toml --robots 100
   dragnet run scenarios/team.toml --live
+  dragnet run area.kml --live --tak udp://239.2.3.1:6969
   dragnet run area.kml --robots 2
   dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
 pub(crate) struct Arguments {
@@ -69,6 +71,10 @@ pub(crate) struct Arguments {
     /// 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
+    /// Send the search to the maps of TAK (ATAK, WinTAK, iTAK) too: udp://239.2.3.1:6969 is the multicast group of all
+    /// devices on the network; udp://HOST:PORT and tcp://HOST:PORT are one device or server
+    #[arg(long, value_name = "URL", requires = "live")]
+    tak: Option<String>,
     /// Map to show on the page under the search: a PMTiles file with raster tiles
     #[arg(long, value_name = "FILE", requires = "live")]
     basemap: Option<PathBuf>,
@@ -150,6 +156,7 @@ fn options(arguments: &Arguments, medium: Medium, recording: PathBuf) -> Result<
         processes: processes.map_err(|error| Failure::Run(format!("cannot find this program: {error}")))?,
         real_time_factor: arguments.real_time_factor.or(arguments.live.map(|_| LIVE_REAL_TIME_FACTOR)),
         version: VERSION.to_owned(),
+        tak: arguments.tak.as_deref().map(tak::settings::Settings::of),
     })
 }
 

@@ -70,6 +70,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
             "dragnet-proto",
             "dragnet-agent",
             "dragnet-coordinator",
+            "dragnet-export",
             "dragnet-sim",
             "dragnet-live",
             "dragnet-lattice",

@@ -31,6 +31,7 @@ mod processes;
 mod rehearsal;
 mod security;
 mod strangers;
+mod tak;
 mod team;
 mod test_site;
 mod vehicle;

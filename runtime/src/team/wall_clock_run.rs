@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_coordinator::node::CoordinatorNode;
+use dragnet_export::cot::{self, Source};
 use dragnet_proto::convert::Codec;
 use dragnet_proto::state_machine::StateMachine;
 use dragnet_scenario::participant::Participant;
@@ -13,12 +14,13 @@ use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 
 use super::children::{Brief, Children};
-use super::{Mesh, Options, Run, RunObserver, joined, mission, recording};
+use super::{Mesh, Options, Run, RunObserver, joined, mission, recording, target};
 use crate::RuntimeError;
 use crate::clock::Clock;
 use crate::config::TimeSource;
 use crate::link::Link;
 use crate::stop::{self, Bond};
+use crate::tak::{self, Feed};
 use crate::wall_clock::{self, Log};
 use crate::world::{self, WorldServer};
 
@@ -38,8 +40,13 @@ pub(super) async fn run(
     };
     // Before there is a recording: whoever stops the run from now on gets one that is finished.
     let asked = stop::asked(Bond::Output)?;
-    let node =
-        recording::node(scenario, seed, options, recording::Existing::Rejected)?.with_listener(listener);
+    let feed = |target| {
+        let (name, source) = (&mission.to_string(), Source::Simulation);
+        tak::feed(target, &cot::Mission { name, scenario, source, real_time_factor })
+    };
+    let (feed, told) = target(options)?.map(feed).transpose()?.unzip();
+    let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?;
+    let node = node.with_listener(listener).with_listener(told);
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
     let (stop, stopped) = watch::channel(());
@@ -49,6 +56,7 @@ pub(super) async fn run(
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec.clone()).await?;
     let node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
         participate(link, node, scenario.places(), real_time_factor, commands, node_stopped);
+    let _sending = feed.map(Feed::start);
     let mut children = Children::default();
     let mut robots = Vec::new();
     let search = async {
