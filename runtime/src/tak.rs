@@ -31,7 +31,7 @@ use crate::unix_time;
 /// Time before the second attempt; it doubles with each that fails,
 const FIRST_WAIT: Duration = Duration::from_secs(1);
 /// up to this.
-const LONGEST_WAIT: Duration = Duration::from_secs(60);
+const LONGEST_WAIT: Duration = Duration::from_mins(1);
 /// Time limit for opening a connection, and for sending all events once.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// A connection works once all events were sent this often: a peer that closes it is noticed with the second one.

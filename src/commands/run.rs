@@ -71,8 +71,8 @@ pub(crate) struct Arguments {
     /// 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
-    /// Send the search to the maps of TAK (ATAK, WinTAK, iTAK) too: udp://239.2.3.1:6969 is the multicast group of all
-    /// devices on the network; udp://HOST:PORT and tcp://HOST:PORT are one device or server
+    /// Send the search to the maps of TAK (ATAK, WinTAK, iTAK) too: `udp://239.2.3.1:6969` is the multicast group of all
+    /// devices on the network; `udp://HOST:PORT` and `tcp://HOST:PORT` are one device or server
     #[arg(long, value_name = "URL", requires = "live")]
     tak: Option<String>,
     /// Map to show on the page under the search: a PMTiles file with raster tiles

@@ -269,7 +269,7 @@ impl Picture {
                 time_unix_ns,
                 stale,
                 point: self.places.center(cell)?,
-                error_meters: self.error_meters(),
+                error_meters: Some(self.error_meters()),
                 detail: Detail::Unit {
                     callsign: self.callsign("Robot", robot.id),
                     remarks: remarks(&unit, &robot.class),
@@ -292,7 +292,7 @@ impl Picture {
                 time_unix_ns,
                 stale: LASTING,
                 point: self.places.center(find.cell)?,
-                error_meters: self.error_meters(),
+                error_meters: Some(self.error_meters()),
                 detail: Detail::Marker {
                     callsign: self.callsign("Find", found.number),
                     remarks: self.told(&find, self.object(find.cell)?, found),
@@ -303,8 +303,8 @@ impl Picture {
     }
 
     /// The error of a position that is known by its cell: half a diagonal.
-    fn error_meters(&self) -> Option<f64> {
-        Some(self.fold.terrain().cell_meters() * std::f64::consts::FRAC_1_SQRT_2)
+    fn error_meters(&self) -> f64 {
+        self.fold.terrain().cell_meters() * std::f64::consts::FRAC_1_SQRT_2
     }
 
     fn object(&self, cell: Cell) -> Option<&Detection> {
