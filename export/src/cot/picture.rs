@@ -13,6 +13,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Class, Places, Robot, Scenario};
 use dragnet_search::cell::Cell;
+use dragnet_search::mark::Mark;
 use dragnet_search::observation::{self, RobotId};
 
 use super::event::{Color, Detail, Event, Motion};
@@ -29,6 +30,7 @@ const LASTING: Duration = Duration::from_hours(1);
 const REMOVALS: u32 = 5;
 
 const YELLOW: Color = Color(0xffff_ff00);
+const PURPLE: Color = Color(0xff6d_28d9);
 const GREEN: Color = Color(0xff00_ff00);
 
 /// The map lies nowhere on the earth.
@@ -143,8 +145,12 @@ impl Picture {
         if !change.added.is_empty() {
             self.add(&change.added);
         }
+        self.finders.credit(&self.fold, observation::Source::Operator, change.marked);
         match record {
-            Record::Observation(observation) => self.finders.credit(&self.fold, observation),
+            Record::Observation(observation) => {
+                let cells = observation.readings.iter().map(|reading| reading.cell);
+                self.finders.credit(&self.fold, observation.origin.source, cells);
+            }
             Record::Heartbeat(heartbeat) => self.report(heartbeat),
             Record::Pose { robot, cell, time } => self.enter(*robot, *cell, *time),
             Record::Status(_) => self.declare(now, unix_ns),
@@ -208,7 +214,8 @@ impl Picture {
     /// Lost robots have no events, and become stale.
     pub fn events(&mut self, unix_ns: u64, period: Duration) -> Vec<Event> {
         let stale = period * STALE_PERIODS;
-        let lasting: Vec<Event> = self.areas(unix_ns).chain(self.finds(unix_ns)).collect();
+        let lasting: Vec<Event> =
+            self.areas(unix_ns).chain(self.finds(unix_ns)).chain(self.clues(unix_ns)).collect();
         self.note(lasting.iter().map(|event| event.uid.clone()).collect());
         let removals = self.removals(unix_ns);
         self.units(unix_ns, stale).chain(lasting).chain(removals).collect()
@@ -297,6 +304,31 @@ impl Picture {
                     callsign: self.callsign("Find", found.number),
                     remarks: self.told(&find, self.object(find.cell)?, found),
                     color: if is_confirmed { GREEN } else { YELLOW },
+                },
+            })
+        })
+    }
+
+    /// The operator's clues that count.
+    fn clues(&self, time_unix_ns: u64) -> impl Iterator<Item = Event> {
+        let clues = self.fold.marks().standing().filter_map(|(id, marked)| match marked.mark {
+            Mark::Clue(clue) => Some((id, clue, marked)),
+            Mark::Searched(_) => None,
+        });
+        (1..).zip(clues).filter_map(move |(number, (id, clue, marked))| {
+            let radius_meters = self.places.meters(f64::from(clue.radius_hundredths) / 100.0);
+            Some(Event {
+                uid: self.uid(&format!("clue-{id}")),
+                kind: "b-m-p-s-m",
+                how: "h-e",
+                time_unix_ns,
+                stale: LASTING,
+                point: self.places.center(clue.cell)?,
+                error_meters: Some(radius_meters.max(self.error_meters())),
+                detail: Detail::Marker {
+                    callsign: self.callsign("Clue", number),
+                    remarks: marked.said(&self.places),
+                    color: PURPLE,
                 },
             })
         })

@@ -8,6 +8,7 @@ use dragnet_proto::message::{Intent, Message, MissionStatus};
 use dragnet_proto::state_machine;
 use dragnet_proto::zones::Zone;
 use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::mark::Clue;
 use dragnet_search::observation::{Observation, Origin, Versions};
 
 use super::*;
@@ -234,6 +235,23 @@ fn closed_cells_are_a_shape_until_they_are_opened() {
     assert_eq!((callsign.as_str(), corners.len()), ("No-go by order", 5));
     site.command(Command::Zone(Zone::Open, cells));
     assert_eq!(site.shown(), [("order-1-1.removal".to_owned(), "t-x-d-d")]);
+}
+
+#[test]
+fn a_clue_is_a_spot_with_its_radius_until_it_is_withdrawn() {
+    let mut site = Site::new();
+    site.pass(1);
+    let clue = Clue { cell: site.cell(2, 3), ratio_thousandths: 20_000, radius_hundredths: 200 };
+    site.command(Command::Mark(Mark::Clue(clue), "a glove & a hat".to_owned()));
+    let id = format!("clue-{}", site.now.0);
+    assert_eq!(site.shown(), [(id.clone(), "b-m-p-s-m")]);
+    let events = site.events();
+    let Detail::Marker { callsign, remarks, color } = &events[0].detail else { panic!("{events:?}") };
+    assert_eq!((callsign.as_str(), *color), ("Clue 1 (valley)", PURPLE));
+    assert!(remarks.contains("20 times as likely within 40 m of an object: a glove & a hat"), "{remarks}");
+    assert_eq!(events[0].error_meters, Some(40.0));
+    site.command(Command::Unmark(site.now.0));
+    assert_eq!(site.shown(), [(format!("{id}.removal"), "t-x-d-d")]);
 }
 
 #[test]
