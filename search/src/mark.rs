@@ -117,7 +117,7 @@ impl Mark {
 }
 
 /// The cells in a square around a cell, with their squared distances from it in cells.
-#[expect(clippy::cast_possible_truncation, reason = "at most 600 cells")]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 600 cells")]
 fn near(grid: Grid, center: Cell, reach_cells: f64) -> impl Iterator<Item = (Cell, f64)> {
     let (reach, Position { row, column }) = (reach_cells.ceil() as u32, grid.position(center));
     let around = |at: u32, count: u32| at.saturating_sub(reach)..(at + reach + 1).min(count);

@@ -275,6 +275,10 @@ impl World {
 
     /// Merges the operator's marks into the merged belief.
     pub fn mark(&mut self, now: MissionTime, marks: &Marks) {
+        // Robots repeat them beside each heartbeat.
+        if marks.iter().all(|(id, entry)| self.marks.includes(id, &entry)) {
+            return;
+        }
         let was_found: Vec<Cell> =
             self.terrain.searched_cells().filter(|&cell| self.is_found(cell)).collect();
         let marked = self.marks.merge_into(now, marks, self.terrain.grid(), &mut self.merged);
