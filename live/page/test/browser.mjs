@@ -198,6 +198,8 @@ async function fits(page) {
   for (const [width, height] of SCREENS) {
     await page.setViewportSize({ width, height });
     await page.evaluate(() => scrollTo(0, 0));
+    // Robots go on meanwhile: the banner of a find takes place until it is read.
+    if (await page.locator("#find").isVisible()) await page.locator("#find-close").click();
     await settle(page);
     const boxes = await page.locator("#controls button:visible, #whom:visible, #stage").evaluateAll((all) =>
       all.map((it) => [it.id, it.getBoundingClientRect()].map((part) => part.toJSON?.() ?? part)));
