@@ -68,7 +68,7 @@ pub type Marks = Newest<MarkId, Arc<Marked>>;
 impl Marks {
     /// The greatest number of marks that an operator can make, withdrawn ones included.
     pub const MOST: usize = 500;
-    /// A participant takes so many times as many marks and cells: operators who do not hear each other make more together.
+    /// A participant takes the marks and cells of this number of operators: operators who do not hear each other make more together.
     pub(crate) const OPERATORS: usize = 4;
 
     /// The greatest number of cells of all marks together that an operator can make.
@@ -82,7 +82,7 @@ impl Marks {
         self.iter().map(|(id, entry)| (id, entry.value)).filter(|(_, marked)| !marked.is_withdrawn)
     }
 
-    /// Whether a further mark of so many cells can be made.
+    /// Whether a further mark of this number of cells can be made.
     #[must_use]
     pub fn has_room(&self, grid: Grid, cells: usize) -> bool {
         let known: usize = self.iter().map(|(_, entry)| entry.value.mark.cell_count()).sum();

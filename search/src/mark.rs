@@ -1,4 +1,4 @@
-//! Marks: evidence that people give by hand beside the readings of robots.
+//! Marks: evidence that people give beside the readings of robots.
 //!
 //! A clue speaks for an object near it. Let the clue be `r` times as likely if an object is where it lies as if there is none,
 //! and let it lie from its object by a normal error of `s` cells a direction. Then for an object in distance `d` it is
@@ -19,10 +19,10 @@ use std::collections::BTreeSet;
 use crate::cell::{Cell, Grid, Position};
 use crate::evidence::{CellEvidence, UNITS};
 
-/// Beyond so many times its radius a clue of the greatest ratio says less than a unit of evidence.
+/// Beyond this multiple of its radius a clue of the greatest ratio says less than a unit of evidence.
 const REACH_RADII: f64 = 6.0;
 
-/// What somebody marks.
+/// What an operator marks.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Mark {
     /// Something that speaks for an object near it.

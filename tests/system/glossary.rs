@@ -14,11 +14,11 @@ use crate::field::DRAGNET;
 /// Ordinary words of software and robotics that need no entry.
 const ORDINARY: &str = "about acceleration address agent agnostic alarms alive arrays attached batch ca calibrate certificate choice class classes \
     common compare completions compressed confidence connection correlation cpu csv decide demonstrate detect doctor domain doubled dry \
-    epochs error every explore export false format frame fusion gate goal goals height help hidden inspect into json key kind \
+    epochs error every explore export false format frame fusion gate goal goals height help hidden id inspect into json key kind \
     kinds latitude learning live load local longitude markdown merge minutes miss module namespace next node odometry patience \
     period pitch placement plot print priorities processes publish rate recover relay replan replay reset resolution reverse \
-    ros router run safety save schema sender sequence server soak source speed stamps step stop subscribe take text threads token \
-    transport uncorrected url velocity wake when width window write z";
+    ros router run safety save schema sender sequence server soak source speed stamps step stop strength subscribe take text threads token \
+    transport uncorrected url velocity wake when width window withdrawn write z";
 
 /// Names that were given up for those of the glossary.
 const GIVEN_UP: [&str; 40] = [

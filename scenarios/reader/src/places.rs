@@ -49,7 +49,7 @@ impl Places {
         format!("{}{center}", self.cell(cell))
     }
 
-    /// So many cells in meters.
+    /// A number of cells in meters.
     #[must_use]
     pub fn meters(&self, cells: f64) -> f64 {
         cells * self.cell_meters
