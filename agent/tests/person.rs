@@ -410,12 +410,12 @@ fn a_mark_counts_once_until_it_is_withdrawn_and_is_passed_on_beside_heartbeats()
     field.sense(0, 0);
     let (cell, before) = (field.cell(7), field.robot.belief().digest());
     let mut made = Marks::default();
-    let clue = Clue { cell, ratio_thousandths: 55_000, radius_hundredths: 0 };
+    let clue = Clue { cell, ratio_thousandths: 3_000, radius_hundredths: 0 };
     made.make(3, Mark::Clue(clue), "a glove".to_owned());
     let odds = |field: &Field| field.robot.belief().log_odds_nats(cell);
     let prior = odds(&field);
     assert_eq!(field.receive(1, marks(&made)).route, None, "not between cells");
-    assert!((odds(&field) - prior - 55_f64.ln()).abs() < 1e-4);
+    assert!((odds(&field) - prior - 3_f64.ln()).abs() < 1e-4);
     assert!(is_nothing(&field.receive(2, marks(&made))));
     let wake = field.robot.wake_at();
     let passed_on = field.robot.react(wake, Event::Woke).published.into_iter().find_map(|(_, it)| match it {
@@ -431,7 +431,7 @@ fn a_mark_counts_once_until_it_is_withdrawn_and_is_passed_on_beside_heartbeats()
 
 #[test]
 fn a_clue_makes_a_robot_search_that_rests() {
-    let mut field = Field::new("budget_seconds = 1e6\nstop_when_expected_remaining = 2.5");
+    let mut field = Field::new("budget_seconds = 1e6\nstop_when_expected_remaining = 1.3");
     let resting = field.sense(0, 0);
     assert!(resting.activity.is_rest(), "{resting:?}");
     let mut made = Marks::default();

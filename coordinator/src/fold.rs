@@ -2,6 +2,8 @@
 //!
 //! The live page, `replay`, `export` and Python all use this fold, so that they show the same state.
 
+use std::sync::Arc;
+
 use crate::finds::{Find, finds};
 use dragnet_proto::directive::added_prior;
 use dragnet_proto::marks::Marks;
@@ -24,6 +26,8 @@ use crate::track::Tracks;
 pub struct MissionFold {
     terrain: Terrain,
     belief: Belief,
+    /// The log-odds before any reading or added cell, shape `[cells]`.
+    prior: Arc<[f64]>,
     /// Prior probability in cells that the operator adds.
     added_prior: f64,
     tracks: Tracks,
@@ -55,6 +59,7 @@ impl MissionFold {
         Self {
             added_prior: added_prior(&belief, terrain),
             terrain: terrain.clone(),
+            prior: belief.shared_prior(),
             belief,
             tracks: Tracks::default(),
             status: None,
@@ -96,7 +101,7 @@ impl MissionFold {
                     return Change::default();
                 }
                 let (grid, now) = (self.terrain.grid(), MissionTime(report.time_ns));
-                let marked = self.marks.merge_into(now, &report.marks, grid, &mut self.belief);
+                let marked = self.marks.merge_into(now, &report.marks, grid, &self.prior, &mut self.belief);
                 Change { marked: marked.into_iter().flatten().collect(), ..Change::default() }
             }
             Record::Zones(report) => {

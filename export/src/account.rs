@@ -2,14 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::Arc;
 
 use dragnet_coordinator::finds::Find;
 use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::track::Track;
-use dragnet_proto::marks::Marked;
+use dragnet_proto::marks::Marks;
 use dragnet_proto::message::Detection;
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_proto::zones::{Zone, Zones};
@@ -17,7 +16,7 @@ use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::detection::probability_of_detection;
-use dragnet_search::mark::{Clue, Mark, Searched};
+use dragnet_search::mark::{Clue, Searched};
 use dragnet_search::observation::{RobotId, Source};
 use dragnet_search::one_subject::{Standing, SubjectPosterior};
 use dragnet_search::reach::{Reach, Sight};
@@ -50,8 +49,8 @@ pub struct Account {
     pub dismissed: Vec<Find>,
     /// The operator's verdicts on both.
     pub verdicts: Verdicts,
-    /// The operator's marks that count, with the time at which each was made.
-    pub marks: Vec<(MissionTime, Arc<Marked>)>,
+    /// The operator's marks.
+    pub marks: Marks,
     /// The cells of each robot, in the order of its own clock; repeated where it waited.
     pub tracks: BTreeMap<RobotId, Vec<Visit>>,
     /// The plans of robots that move: position and cells to enter from there.
@@ -155,7 +154,7 @@ impl Account {
             found: fold.found(),
             dismissed: fold.mission.finds().into_iter().filter(|find| !find.is_declared).collect(),
             verdicts: fold.mission.verdicts().clone(),
-            marks: fold.mission.marks().standing().map(|(id, it)| (MissionTime(id), it)).collect(),
+            marks: fold.mission.marks().clone(),
             plans: fold.plans(),
             total: weigh.cells(terrain.searched_cells().map(|cell| (cell, 1.0))),
             areas,
@@ -180,22 +179,17 @@ impl Account {
         self.verdicts.decision(cell).and_then(Decision::word)
     }
 
-    /// The operator's clues, with their numbers, times and notes.
-    pub(crate) fn clues(&self) -> impl Iterator<Item = (usize, MissionTime, Clue, &str)> {
-        let clues = self.marks.iter().filter_map(|(time, marked)| match &marked.mark {
-            Mark::Clue(clue) => Some((*time, *clue, &*marked.note)),
-            Mark::Searched(_) => None,
-        });
-        (1..).zip(clues).map(|(number, (time, clue, note))| (number, time, clue, note))
+    /// The operator's clues that count, with their numbers, times and notes.
+    pub(crate) fn clues(&self) -> impl Iterator<Item = (usize, MissionTime, Clue, String)> {
+        self.marks
+            .clues()
+            .map(|(number, id, clue, marked)| (number, MissionTime(id), clue, marked.note.clone()))
     }
 
     /// What others have searched, likewise.
-    pub(crate) fn searches(&self) -> impl Iterator<Item = (usize, MissionTime, &Searched, &str)> {
-        let searches = self.marks.iter().filter_map(|(time, marked)| match &marked.mark {
-            Mark::Searched(search) => Some((*time, search, &*marked.note)),
-            Mark::Clue(_) => None,
-        });
-        (1..).zip(searches).map(|(number, (time, search, note))| (number, time, search, note))
+    pub(crate) fn searches(&self) -> impl Iterator<Item = (usize, MissionTime, Searched, String)> {
+        let searches = self.marks.searches();
+        searches.map(|(number, id, search, marked)| (number, MissionTime(id), search, marked.note.clone()))
     }
 
     /// The outline of cells.

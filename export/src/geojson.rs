@@ -138,7 +138,7 @@ fn dismissed(account: &Account, number: usize, find: &Find) -> Feature {
     feature(properties, GeometryValue::Point { coordinates: position(account.point(find.cell)) })
 }
 
-fn clue(account: &Account, (number, time, clue, note): (usize, MissionTime, Clue, &str)) -> Feature {
+fn clue(account: &Account, (number, time, clue, note): (usize, MissionTime, Clue, String)) -> Feature {
     let cell = account.terrain.grid().position(clue.cell);
     let properties = json!({
         "kind": "clue",
@@ -156,7 +156,7 @@ fn clue(account: &Account, (number, time, clue, note): (usize, MissionTime, Clue
 
 fn searched(
     account: &Account,
-    (number, time, search, note): (usize, MissionTime, &Searched, &str),
+    (number, time, search, note): (usize, MissionTime, Searched, String),
 ) -> Feature {
     let properties = json!({
         "kind": "searched",

@@ -31,7 +31,7 @@ pub fn text(account: &Account) -> String {
                 found(writer, account, number, object)?;
             }
             for (number, time, clue, note) in account.clues() {
-                waypoint(writer, account, (clue.cell, time), &format!("Clue {number}"), note)?;
+                waypoint(writer, account, (clue.cell, time), &format!("Clue {number}"), &note)?;
             }
             account.tracks.iter().try_for_each(|(robot, visits)| track(writer, account, *robot, visits))
         })?;

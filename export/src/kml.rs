@@ -37,7 +37,7 @@ pub fn text(account: &Account) -> String {
                         dismissed.try_for_each(|(number, it)| self::dismissed(writer, account, number, it))
                     })?;
                 }
-                if !account.marks.is_empty() {
+                if account.marks.standing().next().is_some() {
                     folder(writer, "Marks", |writer| {
                         account.clues().try_for_each(|it| clue(writer, account, it))?;
                         account.searches().try_for_each(|it| searched(writer, account, it))
@@ -128,12 +128,12 @@ fn dismissed(writer: &mut Document, account: &Account, number: usize, find: &Fin
 fn clue(
     writer: &mut Document,
     account: &Account,
-    (number, time, clue, note): (usize, MissionTime, Clue, &str),
+    (number, time, clue, note): (usize, MissionTime, Clue, String),
 ) -> io::Result<()> {
     let (ratio, radius) = (f64::from(clue.ratio_thousandths) / 1000.0, account.radius_meters(clue));
     let facts =
         [("kind", "clue".into()), ("ratio", ratio.to_string()), ("radius_meters", radius.to_string())];
-    mark(writer, account, (&format!("Clue {number}"), time, note), &facts, |writer| {
+    mark(writer, account, (&format!("Clue {number}"), time, &note), &facts, |writer| {
         point(writer, account.point(clue.cell))
     })
 }
@@ -141,11 +141,11 @@ fn clue(
 fn searched(
     writer: &mut Document,
     account: &Account,
-    (number, time, search, note): (usize, MissionTime, &Searched, &str),
+    (number, time, search, note): (usize, MissionTime, Searched, String),
 ) -> io::Result<()> {
     let (pod, cells) = (search.probability_of_detection(), search.cells.len());
     let facts = [("kind", "searched".into()), ("pod", pod.to_string()), ("cells", cells.to_string())];
-    mark(writer, account, (&format!("Searched {number}"), time, note), &facts, |writer| {
+    mark(writer, account, (&format!("Searched {number}"), time, &note), &facts, |writer| {
         polygons(writer, &account.outline(&search.cells).0)
     })
 }

@@ -416,7 +416,13 @@ fn clue(
     let answer = format!(
         "Clue in cell [{row}, {column}]: the odds of an object are {ratio} times higher there{spread}."
     );
-    Ok((Command::Mark(mark, note), answer))
+    Ok((Command::Mark(mark, on_one_line(&note)), answer))
+}
+
+/// A note as a line of a log: no breaks, and nothing that a terminal obeys.
+fn on_one_line(note: &str) -> String {
+    let words: String = note.chars().map(|it| if it.is_control() { ' ' } else { it }).collect();
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn has_room(view: &View, cells: usize) -> Result<(), AskError> {
@@ -438,11 +444,12 @@ fn searched(view: &View, corners: &[Corner], pod: f64, note: String) -> Result<(
     has_room(view, cells.len())?;
     let (count, percent) = (cells.len(), pod * 100.0);
     let answer = format!(
-        "{count} cell{} marked as searched by others: they have found {percent:.0} % of what is there.",
+        "{count} cell{} marked as searched by others: they found nothing, and would have found {percent:.1} % of what is there.",
         if count == 1 { " is" } else { "s are" }
     );
     let pod_thousandths = (pod * 1000.0).round() as u16;
-    Ok((Command::Mark(Mark::Searched(Searched { cells, pod_thousandths }), note), answer))
+    let mark = Mark::Searched(Searched { cells, pod_thousandths });
+    Ok((Command::Mark(mark, on_one_line(&note)), answer))
 }
 
 fn withdraw(view: &View, name: String) -> Result<(Command, String), AskError> {

@@ -24,6 +24,8 @@ use crate::verdict::{Decision, Verdicts};
 #[derive(Clone, Debug)]
 pub struct Knowledge {
     state: Arc<State>,
+    /// The log-odds before any reading or added cell, shape `[cells]`.
+    prior: Arc<[f64]>,
     shared: Option<SharedKnowledge>,
 }
 
@@ -96,8 +98,9 @@ impl Knowledge {
     pub fn new(terrain: &Terrain, prior: Belief) -> Self {
         let reach = Arc::new(Reach::unknown(terrain.grid()));
         let (log, verdicts, marks, derived) = Default::default();
+        let shared_prior = prior.shared_prior();
         let state = State { log, belief: prior, reach, verdicts, marks, digests: 0, derived };
-        Self { state: Arc::new(state), shared: None }
+        Self { state: Arc::new(state), prior: shared_prior, shared: None }
     }
 
     /// Shares this knowledge with others of the mission that have the same prior, whenever they have counted the same
@@ -203,8 +206,9 @@ impl Knowledge {
         if marks.iter().all(|(id, entry)| self.marks().includes(id, &entry)) {
             return None;
         }
+        let prior = Arc::clone(&self.prior);
         let State { belief, marks: known, .. } = self.state_mut();
-        let marked = Arc::make_mut(known).merge_into(now, marks, grid, belief);
+        let marked = Arc::make_mut(known).merge_into(now, marks, grid, &prior, belief);
         if let Some(shared) = &self.shared {
             shared.offer(&mut self.state);
         }

@@ -4,15 +4,15 @@
 //! to the bit. Merging is commutative and idempotent, so equal readings and equal marks give equal beliefs, in any order of
 //! arrival.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use dragnet_scenario::Places;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
-use dragnet_search::evidence::CellEvidence;
-use dragnet_search::mark::Mark;
+use dragnet_search::evidence::{CellEvidence, UNITS};
+use dragnet_search::mark::{Clue, Mark, Searched};
 
 use crate::newest::Newest;
 
@@ -34,31 +34,31 @@ impl Marked {
     /// The greatest length of a note, bytes of UTF-8.
     pub const MAX_NOTE_BYTES: usize = 240;
 
-    /// The mark in words: `a clue at [3, 4], 20 times as likely within 35 m of an object: a glove`.
+    /// The mark in words, on one line: `a clue at [3, 4], 20 to 1 for an object within about 35 m: a glove`.
     #[must_use]
     pub fn said(&self, places: &Places) -> String {
-        let note = if self.note.is_empty() { String::new() } else { format!(": {}", self.note) };
+        let note: String = self.note.chars().filter(|letter| !letter.is_control()).collect();
+        let note = if note.is_empty() { note } else { format!(": {note}") };
         match &self.mark {
             Mark::Clue(clue) => {
                 let times = f64::from(clue.ratio_thousandths) / 1000.0;
                 let near = match clue.radius_hundredths {
-                    0 => "in the cell".to_owned(),
-                    hundredths => format!("within {:.0} m", places.meters(f64::from(hundredths) / 100.0)),
+                    0 => "this cell".to_owned(),
+                    hundredths => format!("about {:.0} m", places.meters(f64::from(hundredths) / 100.0)),
                 };
-                let place = places.on_earth(clue.cell);
-                format!("a clue at {place}, {times} times as likely {near} of an object{note}")
+                format!(
+                    "a clue at {}, {times} to 1 for an object within {near}{note}",
+                    places.on_earth(clue.cell)
+                )
             }
             Mark::Searched(search) => {
                 let cells = places.some(&search.cells);
                 let percent = f64::from(search.pod_thousandths) / 10.0;
-                format!("a search of {cells} by others that finds {percent} % of the objects{note}")
+                format!(
+                    "a search of {cells} by others, who found nothing and would have found {percent} % of the objects{note}"
+                )
             }
         }
-    }
-
-    /// What it adds to the belief: nothing if it was withdrawn.
-    fn evidence(&self, grid: Grid) -> Vec<(Cell, CellEvidence)> {
-        if self.is_withdrawn { Vec::new() } else { self.mark.evidence(grid) }
     }
 }
 
@@ -80,6 +80,26 @@ impl Marks {
     /// The marks that count, in the order in which they were made.
     pub fn standing(&self) -> impl Iterator<Item = (MarkId, Arc<Marked>)> + '_ {
         self.iter().map(|(id, entry)| (id, entry.value)).filter(|(_, marked)| !marked.is_withdrawn)
+    }
+
+    /// Clues that count, each with its number: the first clue is 1, also after it was withdrawn, so that names stay.
+    pub fn clues(&self) -> impl Iterator<Item = (usize, MarkId, Clue, Arc<Marked>)> + '_ {
+        let clues = self.iter().filter_map(|(id, entry)| match entry.value.mark {
+            Mark::Clue(clue) => Some((id, clue, entry.value)),
+            Mark::Searched(_) => None,
+        });
+        let numbered = (1..).zip(clues).map(|(number, (id, clue, marked))| (number, id, clue, marked));
+        numbered.filter(|(.., marked)| !marked.is_withdrawn)
+    }
+
+    /// What others have searched, as far as it counts, likewise.
+    pub fn searches(&self) -> impl Iterator<Item = (usize, MarkId, Searched, Arc<Marked>)> + '_ {
+        let searches = self.iter().filter_map(|(id, entry)| match &entry.value.mark {
+            Mark::Searched(search) => Some((id, search.clone(), Arc::clone(&entry.value))),
+            Mark::Clue(_) => None,
+        });
+        let numbered = (1..).zip(searches).map(|(number, (id, search, marked))| (number, id, search, marked));
+        numbered.filter(|(.., marked)| !marked.is_withdrawn)
     }
 
     /// Whether a further mark of this number of cells can be made.
@@ -108,27 +128,45 @@ impl Marks {
     }
 
     /// Merges the marks of another participant, and adds the changes to the belief; returns the cells that they concern,
-    /// `None` if nothing is news.
+    /// `None` if nothing is news. `prior` has the log-odds before any reading or added cell, shape `[cells]`.
     pub fn merge_into(
         &mut self,
         now: MissionTime,
         other: &Self,
         grid: Grid,
+        prior: &[f64],
         belief: &mut Belief,
     ) -> Option<BTreeSet<Cell>> {
+        let before = self.clone();
         let news = self.merge_news(now, other);
-        let mut changed = BTreeSet::new();
-        for (before, after) in &news {
-            let back = before.iter().flat_map(|before| before.evidence(grid));
-            let back = back.map(|(cell, CellEvidence { precision, weighted_sum })| {
-                (cell, CellEvidence { precision, weighted_sum: -weighted_sum })
-            });
-            for (cell, evidence) in back.chain(after.evidence(grid)) {
-                belief.add_evidence(cell, evidence);
-                changed.insert(cell);
+        let news = news.iter().flat_map(|(before, after)| before.iter().chain([after]));
+        let concerned: BTreeSet<Cell> =
+            news.flat_map(|marked| marked.mark.evidence(grid)).map(|(cell, _)| cell).collect();
+        let (was, is) = (before.units(&concerned, grid, prior), self.units(&concerned, grid, prior));
+        let units = |of: &BTreeMap<Cell, i64>, cell| of.get(&cell).copied().unwrap_or(0);
+        for &cell in &concerned {
+            let weighted_sum = units(&is, cell) - units(&was, cell);
+            belief.add_evidence(cell, CellEvidence { precision: 0, weighted_sum });
+        }
+        (*self != before).then_some(concerned)
+    }
+
+    /// What all marks together add to the log-odds of these cells, units. Clues never make a find: see [`most_units`].
+    fn units(&self, cells: &BTreeSet<Cell>, grid: Grid, prior: &[f64]) -> BTreeMap<Cell, i64> {
+        let (mut rises, mut falls) = (BTreeMap::new(), BTreeMap::new());
+        for (_, marked) in self.standing() {
+            let sums = if matches!(marked.mark, Mark::Clue(_)) { &mut rises } else { &mut falls };
+            for (cell, evidence) in marked.mark.evidence(grid) {
+                if cells.contains(&cell) {
+                    *sums.entry(cell).or_insert(0) += evidence.weighted_sum;
+                }
             }
         }
-        (!news.is_empty()).then_some(changed)
+        let mut sums: BTreeMap<Cell, i64> = falls;
+        for (cell, rise) in rises {
+            *sums.entry(cell).or_insert(0) += rise.min(most_units(prior[cell.index()]));
+        }
+        sums
     }
 
     /// Probability that the searches of others would have detected an object in a cell.
@@ -139,9 +177,21 @@ impl Marks {
     }
 }
 
+/// The most that all clues together add to the log-odds of a cell with this prior, units: they make it at most as likely as not,
+/// so that robots go and look, and a find always rests on what they have seen. A cell that nothing was known of before gets at
+/// most [`MOST_NATS_BEYOND`].
+#[expect(clippy::cast_possible_truncation, reason = "saturates")]
+fn most_units(prior_log_odds_nats: f64) -> i64 {
+    let most = if prior_log_odds_nats.is_finite() { -prior_log_odds_nats } else { MOST_NATS_BEYOND };
+    // Steps that are coarser than any rounding of logarithms: everybody has the same.
+    ((most * 16.0).floor().max(0.0) / 16.0 * UNITS) as i64
+}
+
+/// In cells beyond the scenario's search area, which the operator may add: the odds rise at most 20 times.
+const MOST_NATS_BEYOND: f64 = 3.0;
+
 #[cfg(test)]
 mod tests {
-    use dragnet_search::mark::{Clue, Searched};
     use dragnet_search::terrain::Terrain;
     use proptest::prelude::*;
 
@@ -165,7 +215,8 @@ mod tests {
 
         fn receive(&mut self, marks: &Marks) -> Option<BTreeSet<Cell>> {
             self.now = MissionTime(self.now.0 + 1);
-            self.marks.merge_into(self.now, marks, self.terrain.grid(), &mut self.belief)
+            let prior = Belief::uniform(&self.terrain, 0.1).unwrap().shared_prior();
+            self.marks.merge_into(self.now, marks, self.terrain.grid(), &prior, &mut self.belief)
         }
 
         fn make(&mut self, time_ns: u64, mark: Mark) {
@@ -218,6 +269,19 @@ mod tests {
         let mut marks = Marks::default();
         (0..500).for_each(|time| marks.make(time, searched([]), String::new()));
         assert!(!marks.has_room(grid, 0));
+    }
+
+    #[test]
+    fn however_many_clues_there_are_a_find_rests_on_what_was_seen() {
+        let mut desk = Desk::new();
+        let before = desk.belief.digest();
+        (0..9).for_each(|time| desk.make(time, clue(1)));
+        let probability = |desk: &Desk| desk.belief.probability(cell(1));
+        assert!((0.48..=0.5).contains(&probability(&desk)), "{}", probability(&desk));
+        desk.make(9, searched([1]));
+        assert!(probability(&desk) < 0.25, "a search of others counts in full: {}", probability(&desk));
+        (0..10).rev().for_each(|id| assert!(desk.withdraw(20, id)));
+        assert_eq!(desk.belief.digest(), before);
     }
 
     #[test]

@@ -273,10 +273,13 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
             if let Some(server) = &shown {
                 tracing::info!("live page: {}", server.address());
             }
-            let _sending = feed.map(Feed::start);
-            wall_clock::run(&mut link, &mut node, scenario.places(), clock, None, commands, stop)
-                .await
-                .map(|log| log.ended)
+            let sending = feed.map(Feed::start);
+            let log =
+                wall_clock::run(&mut link, &mut node, scenario.places(), clock, None, commands, stop).await;
+            if let Some(sending) = sending {
+                sending.finish().await;
+            }
+            log.map(|log| log.ended)
         };
         leaving(&session, watching).await
     })?;

@@ -11,7 +11,6 @@ mod connection;
 pub mod settings;
 mod trouble;
 
-use std::convert::Infallible;
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -20,7 +19,8 @@ use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::node::Listener;
 use dragnet_export::cot::event::Event;
 use dragnet_export::cot::{Mission, NotOnEarth, Picture};
-use tokio::task::AbortHandle;
+use tokio::sync::Notify;
+use tokio::task::JoinHandle;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 
 use self::connection::Connection;
@@ -34,6 +34,8 @@ const FIRST_WAIT: Duration = Duration::from_secs(1);
 const LONGEST_WAIT: Duration = Duration::from_mins(1);
 /// Time limit for opening a connection, and for sending all events once.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// Time limit for sending the end of a mission.
+const LAST_PATIENCE: Duration = Duration::from_secs(2);
 /// A connection works once all events were sent this often: a peer that closes it is noticed with the second one.
 const WORKING: u64 = 2;
 /// It is steady once they were sent this often: the next attempt after its end comes soon. Until then attempts are rarer and
@@ -58,11 +60,23 @@ pub(crate) fn feed(target: Checked, mission: &Mission<'_>) -> Result<(Feed, List
 }
 
 /// The sending of a mission, which ends when this is dropped.
-pub(crate) struct Sending(AbortHandle);
+pub(crate) struct Sending {
+    task: JoinHandle<()>,
+    end: Arc<Notify>,
+}
+
+impl Sending {
+    /// Sends how the mission has ended, once, if that is possible soon.
+    pub(crate) async fn finish(mut self) {
+        self.end.notify_one();
+        // Trouble has been logged.
+        let _ = timeout(LAST_PATIENCE, &mut self.task).await;
+    }
+}
 
 impl Drop for Sending {
     fn drop(&mut self) {
-        self.0.abort();
+        self.task.abort();
     }
 }
 
@@ -78,16 +92,17 @@ fn unix_ns() -> u64 {
 impl Feed {
     /// Sends the mission in a task of its own.
     pub(crate) fn start(self) -> Sending {
-        Sending(tokio::spawn(self.send()).abort_handle())
+        let end = Arc::new(Notify::new());
+        Sending { task: tokio::spawn(self.send(Arc::clone(&end))), end }
     }
 
-    /// Sends the mission until the future is dropped. Trouble is logged and waited for.
-    async fn send(self) -> Infallible {
+    /// Sends the mission until its end was sent. Trouble is logged and waited for.
+    async fn send(self, end: Arc<Notify>) {
         let url = self.target.url();
         tracing::info!("the mission is sent to TAK at {url} every {} s", self.target.period().as_secs_f64());
         let (mut trouble, mut wait) = (Trouble::of(&self.target), FIRST_WAIT);
         loop {
-            let error = match within(Connection::open(&self.target)).await {
+            let sent = match within(Connection::open(&self.target)).await {
                 Ok(connection) => {
                     let sent = |times| {
                         if times == WORKING && trouble.is_over() {
@@ -97,10 +112,11 @@ impl Feed {
                             wait = FIRST_WAIT;
                         }
                     };
-                    self.send_over(connection, sent).await
+                    self.send_over(connection, sent, &end).await
                 }
-                Err(error) => error,
+                Err(error) => Err(error),
             };
+            let Err(error) = sent else { return };
             if let Some(reason) = trouble.news(&error) {
                 tracing::warn!("TAK at {url}: {reason}; it is tried again, and the mission goes on");
             }
@@ -109,18 +125,25 @@ impl Feed {
         }
     }
 
-    /// Sends all events each period, until that fails; calls a function with the number of times that all were sent.
-    async fn send_over(&self, mut connection: Connection, mut sent: impl FnMut(u64)) -> io::Error {
+    /// Sends all events each period, and once more at the end; calls a function with the number of times that all were sent.
+    async fn send_over(
+        &self,
+        mut connection: Connection,
+        mut sent: impl FnMut(u64),
+        end: &Notify,
+    ) -> io::Result<()> {
         let mut ticks = interval(self.target.period());
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut times = 0;
         loop {
-            tokio::select! {
-                _ = ticks.tick() => {}
-                error = connection.ends() => return error,
-            }
-            if let Err(error) = within(connection.send(&self.texts())).await {
-                return error;
+            let is_last = tokio::select! {
+                _ = ticks.tick() => false,
+                error = connection.ends() => return Err(error),
+                () = end.notified() => true,
+            };
+            within(connection.send(&self.texts())).await?;
+            if is_last {
+                return Ok(());
             }
             times += 1;
             sent(times);

@@ -123,6 +123,12 @@ impl Belief {
         new
     }
 
+    /// The log-odds before any reading, shape `[cells]`, as they are now: cells that are added later change the belief alone.
+    #[must_use]
+    pub fn shared_prior(&self) -> Arc<[f64]> {
+        Arc::clone(&self.prior_log_odds_nats)
+    }
+
     /// The address of the prior: copies whose prior has not been changed have the same.
     #[must_use]
     pub fn prior_address(&self) -> usize {

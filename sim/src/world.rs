@@ -281,7 +281,8 @@ impl World {
         }
         let was_found: Vec<Cell> =
             self.terrain.searched_cells().filter(|&cell| self.is_found(cell)).collect();
-        let marked = self.marks.merge_into(now, marks, self.terrain.grid(), &mut self.merged);
+        let (grid, prior) = (self.terrain.grid(), self.merged.shared_prior());
+        let marked = self.marks.merge_into(now, marks, grid, &prior, &mut self.merged);
         for cell in marked.into_iter().flatten() {
             self.rate(cell, was_found.binary_search(&cell).is_ok());
         }

@@ -38,7 +38,7 @@ const MAP: &str = "\
 .....................,,,,,
 ";
 
-/// A search that lasts longer than any test.
+/// A search that lasts longer than any test. Clues make a cell at most as likely as not: with this threshold they make finds.
 const LONG: &str = "\
 name = 'hall'
 map.file = 'hall.txt'
@@ -50,6 +50,7 @@ budget_seconds = 36000.0
 stop_when_expected_remaining = 0.0
 heartbeat_seconds = 2.0
 liveness_timeout_seconds = 60.0
+detection_threshold = 0.45
 ";
 
 /// A search on a map of the earth, with areas; the file of the map follows.

@@ -13,7 +13,6 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Class, Places, Robot, Scenario};
 use dragnet_search::cell::Cell;
-use dragnet_search::mark::Mark;
 use dragnet_search::observation::{self, RobotId};
 
 use super::event::{Color, Detail, Event, Motion};
@@ -311,11 +310,7 @@ impl Picture {
 
     /// The operator's clues that count.
     fn clues(&self, time_unix_ns: u64) -> impl Iterator<Item = Event> {
-        let clues = self.fold.marks().standing().filter_map(|(id, marked)| match marked.mark {
-            Mark::Clue(clue) => Some((id, clue, marked)),
-            Mark::Searched(_) => None,
-        });
-        (1..).zip(clues).filter_map(move |(number, (id, clue, marked))| {
+        self.fold.marks().clues().filter_map(move |(number, id, clue, marked)| {
             let radius_meters = self.places.meters(f64::from(clue.radius_hundredths) / 100.0);
             Some(Event {
                 uid: self.uid(&format!("clue-{id}")),

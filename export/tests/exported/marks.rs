@@ -18,11 +18,11 @@ fn account() -> Account {
     let end = MissionTime(180 * SECOND_NS);
     let clue = |cell| Mark::Clue(Clue { cell, ratio_thousandths: 20_000, radius_hundredths: 250 });
     let mut marks = Marks::default();
+    marks.make(50 * SECOND_NS, clue(at(1, 1)), "withdrawn".to_owned());
     marks.make(60 * SECOND_NS, clue(at(3, 12)), "a glove, kind: search & <wet>".to_owned());
     let cells = [at(6, 6), at(6, 7)].into();
     marks.make(90 * SECOND_NS, Mark::Searched(Searched { cells, pod_thousandths: 600 }), "team 2".to_owned());
-    marks.make(100 * SECOND_NS, clue(at(1, 1)), "withdrawn".to_owned());
-    assert!(marks.withdraw(110 * SECOND_NS, 100 * SECOND_NS));
+    assert!(marks.withdraw(110 * SECOND_NS, 50 * SECOND_NS));
     let report = MarkReport { from: Participant::Coordinator, time_ns: end.0, marks };
     playback.records.push((end, Record::Marks(report)));
     Account::new(&playback, None, None).unwrap()
@@ -43,7 +43,7 @@ fn marks_that_count_are_exported_with_notes_and_times() {
     assert_eq!(
         facts(clue, &["name", "note", "ratio", "radius_meters", "marked_at", "row"]),
         json!([
-            "Clue 1",
+            "Clue 2",
             "a glove, kind: search & <wet>",
             20.0,
             2.5 * account.terrain.cell_meters(),
@@ -58,8 +58,8 @@ fn marks_that_count_are_exported_with_notes_and_times() {
 
     let (kml, gpx) = (kml::text(&account), gpx::text(&account));
     assert!(kml.contains("<name>Marks</name>") && kml.contains("a glove, kind: search &amp; &lt;wet&gt;"));
-    assert!(kml.contains("<name>Searched 1</name>") && !kml.contains("Clue 2") && !kml.contains("withdrawn"));
-    assert!(gpx.matches("<wpt").count() == 3 && gpx.contains("<name>Clue 1</name>"), "{gpx}");
+    assert!(kml.contains("<name>Searched 1</name>") && !kml.contains("Clue 1") && !kml.contains("withdrawn"));
+    assert!(gpx.matches("<wpt").count() == 3 && gpx.contains("<name>Clue 2</name>"), "{gpx}");
 }
 
 #[test]

@@ -46,14 +46,14 @@ async function live() {
     await marks(page, "c", "a glove");
     await until("a clue raises the belief", async () => (await probability(page)) > before);
     assert.equal(await text(page, "marks"), "1");
-    const raised = await probability(page);
-    await marks(page, "s");
-    await until("a searched mark lowers it", async () => (await probability(page)) < raised);
 
     // Clues make a find, which has a banner; marks against it withdraw it, which the banner says.
     for (let times = 0; times < 3; times += 1) await marks(page, "c");
     await until("clues make a find", async () => /^Find at 585 m east, 495 m north \(cell \[16, 19\]\)/.test(await text(page, "find-text")));
-    for (let times = 0; times < 4; times += 1) await marks(page, "s");
+    const raised = await probability(page);
+    await marks(page, "s");
+    await until("a searched mark lowers it", async () => (await probability(page)) < raised);
+    for (let times = 0; times < 3; times += 1) await marks(page, "s");
     await until("it is withdrawn", async () => /^Withdrawn, no longer a find: 585 m east/.test(await text(page, "find-text")));
     await page.locator("#find-close").click();
 
@@ -121,7 +121,7 @@ async function withdraws(page) {
   }
   await page.keyboard.press("s");
   await page.locator("#mark-note").fill("team 2");
-  await answered(page, () => page.locator("#mark-done").click(), /cells are marked as searched by others: they have found 80 %/);
+  await answered(page, () => page.locator("#mark-done").click(), /cells are marked as searched by others: they found nothing, and would have found 80\.0 %/);
   await until("it is listed", async () => /searched by others, 80 %: team 2/.test(await item.textContent()));
 }
 

@@ -56,7 +56,7 @@ pub(super) async fn run(
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec.clone()).await?;
     let node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
         participate(link, node, scenario.places(), real_time_factor, commands, node_stopped);
-    let _sending = feed.map(Feed::start);
+    let sending = feed.map(Feed::start);
     let mut children = Children::default();
     let mut robots = Vec::new();
     let search = async {
@@ -95,6 +95,9 @@ pub(super) async fn run(
     // It ends first: robots that leave after the search are not lost.
     drop(stop_node);
     let (node, _) = joined(node).await?;
+    if let Some(sending) = sending {
+        sending.finish().await;
+    }
     drop(stop);
     let mut decisions = Vec::new();
     for robot in robots {

@@ -126,7 +126,7 @@ impl<'a> Checks<'a> {
 
     /// Records an event before it is handled.
     pub(super) fn before(&mut self, participant: Participant, now: MissionTime, event: &Event<Message>) {
-        let grid = self.scenario.terrain().grid();
+        let (grid, prior) = (self.scenario.terrain().grid(), self.scenario.prior().shared_prior());
         let shadow = self.shadow(participant, now);
         if matches!(event, Event::Start | Event::Sensed { .. }) {
             shadow.moved = now;
@@ -135,7 +135,7 @@ impl<'a> Checks<'a> {
             shadow.verdicts.merge(now, &report.verdicts, &mut shadow.belief);
         }
         if let Event::Received { message: Message::Marks(report), .. } = event {
-            shadow.marks.merge_into(now, &report.marks, grid, &mut shadow.belief);
+            shadow.marks.merge_into(now, &report.marks, grid, &prior, &mut shadow.belief);
         }
     }
 
@@ -146,7 +146,7 @@ impl<'a> Checks<'a> {
         now: MissionTime,
         effects: &Effects<Message>,
     ) -> Result<(), Violation> {
-        let grid = self.scenario.terrain().grid();
+        let (grid, prior) = (self.scenario.terrain().grid(), self.scenario.prior().shared_prior());
         let shadow = self.shadow(participant, now);
         let may_add = participant == Participant::Coordinator;
         for (_, message) in &effects.published {
@@ -159,7 +159,7 @@ impl<'a> Checks<'a> {
                 }
                 Message::Marks(report) => {
                     if may_add {
-                        shadow.marks.merge_into(now, &report.marks, grid, &mut shadow.belief);
+                        shadow.marks.merge_into(now, &report.marks, grid, &prior, &mut shadow.belief);
                     }
                     report.marks == shadow.marks
                 }

@@ -8,7 +8,7 @@ use dragnet_proto::message::{Intent, Message, MissionStatus};
 use dragnet_proto::state_machine;
 use dragnet_proto::zones::Zone;
 use dragnet_search::evidence::{Digest, Reading};
-use dragnet_search::mark::Clue;
+use dragnet_search::mark::{Clue, Mark};
 use dragnet_search::observation::{Observation, Origin, Versions};
 
 use super::*;
@@ -248,7 +248,7 @@ fn a_clue_is_a_spot_with_its_radius_until_it_is_withdrawn() {
     let events = site.events();
     let Detail::Marker { callsign, remarks, color } = &events[0].detail else { panic!("{events:?}") };
     assert_eq!((callsign.as_str(), *color), ("Clue 1 (valley)", PURPLE));
-    assert!(remarks.contains("20 times as likely within 40 m of an object: a glove & a hat"), "{remarks}");
+    assert!(remarks.contains("20 to 1 for an object within about 40 m: a glove & a hat"), "{remarks}");
     assert_eq!(events[0].error_meters, Some(40.0));
     site.command(Command::Unmark(site.now.0));
     assert_eq!(site.shown(), [(format!("{id}.removal"), "t-x-d-d")]);
