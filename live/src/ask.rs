@@ -414,7 +414,8 @@ fn clue(
         String::new()
     };
     let answer = format!(
-        "Clue in cell [{row}, {column}]: the odds of an object are {ratio} times higher there{spread}."
+        "Clue in cell [{row}, {column}]: the odds of an object are {ratio} times higher there{spread}; all clues \
+         together make it at most as likely as not."
     );
     Ok((Command::Mark(mark, on_one_line(&note)), answer))
 }
