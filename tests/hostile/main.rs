@@ -11,10 +11,12 @@ mod world;
 
 use std::path::Path;
 
+use dragnet_proto::marks::Marks;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::validation::Limits;
 use dragnet_proto::verdict::Verdicts;
 use dragnet_scenario::Scenario;
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::observation::Ends;
 
@@ -38,5 +40,8 @@ fn check(replica: &Replica, belief: &Belief, scenario: &Scenario, limits: &Limit
         }
     }
     Verdicts::default().take(replica.knowledge().verdicts().iter(), &mut expected);
+    let (marks, grid, prior) =
+        (replica.knowledge().marks(), limits.terrain().grid(), expected.shared_prior());
+    Marks::default().merge_into(MissionTime(u64::MAX), marks, grid, &prior, &mut expected);
     assert_eq!(belief.digest(), expected.digest());
 }

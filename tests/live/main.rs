@@ -38,7 +38,7 @@ const MAP: &str = "\
 .....................,,,,,
 ";
 
-/// A search that lasts longer than any test. Clues make a cell at most as likely as not: with this threshold they make finds.
+/// A search that lasts longer than any test.
 const LONG: &str = "\
 name = 'hall'
 map.file = 'hall.txt'
@@ -50,7 +50,6 @@ budget_seconds = 36000.0
 stop_when_expected_remaining = 0.0
 heartbeat_seconds = 2.0
 liveness_timeout_seconds = 60.0
-detection_threshold = 0.45
 ";
 
 /// A search on a map of the earth, with areas; the file of the map follows.
@@ -144,6 +143,7 @@ fn folder() -> TempDir {
     let folder = TempDir::new().unwrap();
     std::fs::write(folder.path().join("hall.txt"), MAP).unwrap();
     std::fs::write(folder.path().join("hall.toml"), LONG).unwrap();
+    std::fs::write(folder.path().join("full.toml"), LONG.replace("count = 5", "count = 60")).unwrap();
     std::fs::write(folder.path().join("short.toml"), LONG.replace("36000.0", "900.0")).unwrap();
     let map = root().join("scenarios/maps/missing_person.kml");
     std::fs::write(folder.path().join("earth.toml"), format!("{EARTH}map.file = '{}'\n", map.display()))

@@ -2,51 +2,54 @@
 
 import assert from "node:assert/strict";
 
-import { address, answered, browse, cells, marks, moveTo, shot, states, text, until } from "./browse.mjs";
+import { address, answered, browse, marks, moveTo, shot, states, text, until } from "./browse.mjs";
 
 const row = (page, name) => page.locator("#objects tbody tr", { hasText: name });
 const press = (page, name, button) => row(page, name).getByRole("button", { name: button, exact: true }).click();
 const commands = (page) => page.locator("#orders li").allTextContents();
 
-/** Marks a cell until it is a find. */
-async function find(page, line, column) {
-  await moveTo(page, line, column);
-  for (let times = 0; times < 4; times += 1) await marks(page, "c");
-}
+/** The finds of the list, the newest first: what their places are called, and their cells. */
+const listed = (page) => page.locator("#objects tbody .go").evaluateAll((all) =>
+  all.map((it) => [it.textContent, /cell (\[\d+, \d+\])/.exec(it.title)[1]]));
+
+/** Moves the cursor to a cell, `[3, 4]`. */
+const goTo = (page, cell) => moveTo(page, ...JSON.parse(cell));
 
 /** One find is confirmed in the list and stays; another is dismissed in the banner, undone, and dismissed again. */
 export async function finds() {
   await browse(address, {}, async (page) => {
-    await until("robots search", async () => (await states(page)).every((state) => state === "searching"));
+    const said = () => text(page, "find-text");
+    await until("robots find", async () => (await listed(page)).length > 1 && /^Find at /.test(await said()));
     await page.keyboard.press("Shift+P");
     await until("all robots are paused", async () => (await states(page)).every((state) => state === "paused"));
     await until("all have the pause", async () => (await text(page, "acknowledged")) === "All robots have it.");
     assert.match((await commands(page))[0], /^\d+:\d\d Pause: all robots have it$/);
 
-    await find(page, 16, 19);
-    const stays = "585 m east, 495 m north";
-    await until("the first find", async () => (await row(page, stays).count()) === 1);
-    await answered(page, () => press(page, stays, "Confirm"), /\[16, 19\] is confirmed/);
+    const [, second] = /cell (\[\d+, \d+\])/.exec(await said());
+    const [goes] = (await listed(page)).find(([, cell]) => cell === second);
+    const [stays, first] = (await listed(page)).find(([, cell]) => cell !== second);
+    await goTo(page, first);
+    await answered(page, () => press(page, stays, "Confirm"), /The find in cell .* is confirmed/);
     await until("it is confirmed", async () => /✓ confirmed/.test(await row(page, stays).textContent()));
-    await until("all have it", async () => /Find \[16, 19\] confirmed: all robots have it/.test((await commands(page))[0]));
+    const has = async (what) => (await commands(page))[0].endsWith(`${what}: all robots have it`);
+    await until("all have it", () => has(`Find ${first} confirmed`));
     for (let times = 0; times < 9; times += 1) await marks(page, "s");
-    await until("the marks count", async () => (await text(page, "marks")) === "13");
+    await until("the marks count", async () => (await text(page, "marks")) === "9");
     assert.match(await row(page, stays).textContent(), /✓ confirmed.*> 99\.9 %/, "nothing withdraws it");
     assert.match(await text(page, "cell"), /found, confirmed by hand/);
 
-    await find(page, 2, 3);
-    const goes = "105 m east, 75 m north";
-    await until("a banner", async () => /cell \[2, 3\]/.test(await text(page, "find-text")));
+    await goTo(page, second);
     await shot(page, "find_decide.png");
-    await answered(page, () => page.locator("#find-dismiss").click(), /\[2, 3\] is dismissed/);
+    await answered(page, () => page.locator("#find-dismiss").click(), /is dismissed/);
     await until("it is dismissed", async () => /✕ dismissed/.test(await row(page, goes).textContent()));
-    assert.ok(await page.locator("#find").isHidden(), "the operator knows");
+    const place = `cell ${second}`;
+    assert.ok(!(await said()).includes(place), "the operator knows");
     assert.match(await text(page, "cell"), /a find there was dismissed by hand/);
-    await answered(page, () => press(page, goes, "Undo"), /\[2, 3\] is open again/);
+    await answered(page, () => press(page, goes, "Undo"), /is open again/);
     await until("it is a find again", async () => (await row(page, goes).getByRole("button", { name: "Confirm" }).count()) === 1);
-    assert.ok(await page.locator("#find").isHidden(), "which is no news");
-    await answered(page, () => press(page, goes, "Dismiss"), /\[2, 3\] is dismissed/);
-    await until("all have it", async () => /Find \[2, 3\] dismissed: all robots have it/.test((await commands(page))[0]));
+    assert.ok(!(await said()).includes(place), "which is no news");
+    await answered(page, () => press(page, goes, "Dismiss"), /is dismissed/);
+    await until("all have it", () => has(`Find ${second} dismissed`));
     assert.equal((await commands(page)).length, 5);
     await shot(page, "finds.png");
 
@@ -54,14 +57,11 @@ export async function finds() {
     const ask = (body) => page.evaluate((body) => fetch("command", {
       method: "POST", headers: { Authorization: `Bearer ${new URLSearchParams(location.hash.slice(1)).get("token")}` }, body,
     }).then((it) => it.status), body);
-    assert.equal(await ask('{"command":"find","row":2,"column":3,"as":"undone"}'), 200);
+    const [line, column] = JSON.parse(second);
+    assert.equal(await ask(JSON.stringify({ command: "find", row: line, column, as: "undone" })), 200);
     await until("undone from elsewhere", async () => !/dismissed/.test(await row(page, goes).textContent()));
-    assert.equal(await ask('{"command":"find","row":2,"column":3,"as":"dismissed"}'), 200);
+    assert.equal(await ask(JSON.stringify({ command: "find", row: line, column, as: "dismissed" })), 200);
     await until("dismissed from elsewhere", async () => /✕ dismissed/.test(await row(page, goes).textContent()));
-
-    const stopped = await cells(page);
-    await page.locator("#pause").click();
-    await until("robots go on", async () => (await cells(page)).some((cell, index) => cell !== stopped[index]));
   });
 }
 
