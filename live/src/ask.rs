@@ -285,9 +285,9 @@ impl Ask {
             Self::Return { robot } => order(view, robot, TeamOrder::Return),
             Self::Go { robot, row, column } => go(view, robot, Position { row, column }),
             Self::Clue { row, column, ratio, radius_meters, note } => {
-                clue(view, Position { row, column }, (ratio, radius_meters), note)
+                clue(view, Position { row, column }, (ratio, radius_meters), &note)
             }
-            Self::Searched { corners, pod, note } => searched(view, &corners, pod, note),
+            Self::Searched { corners, pod, note } => searched(view, &corners, pod, &note),
             Self::Withdraw { mark } => withdraw(view, mark),
             Self::Find { row, column, r#as } => decide(view, Position { row, column }, r#as),
             Self::Search { corners } => search(view, &corners),
@@ -389,7 +389,7 @@ fn clue(
     view: &View,
     at: Position,
     (ratio, radius_meters): (f64, f64),
-    note: String,
+    note: &str,
 ) -> Result<(Command, String), AskError> {
     let (cell, Position { row, column }) = (cell_at(view, at)?, at);
     let cell_meters = view.terrain().cell_meters();
@@ -417,7 +417,7 @@ fn clue(
         "Clue in cell [{row}, {column}]: the odds of an object are {ratio} times higher there{spread}; all clues \
          together make it at most as likely as not."
     );
-    Ok((Command::Mark(mark, on_one_line(&note)), answer))
+    Ok((Command::Mark(mark, on_one_line(note)), answer))
 }
 
 /// A note as a line of a log: no breaks, and nothing that a terminal obeys.
@@ -436,7 +436,7 @@ fn has_room(view: &View, cells: usize) -> Result<(), AskError> {
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the allowed range")]
-fn searched(view: &View, corners: &[Corner], pod: f64, note: String) -> Result<(Command, String), AskError> {
+fn searched(view: &View, corners: &[Corner], pod: f64, note: &str) -> Result<(Command, String), AskError> {
     let inside = polygon::cells_within(view.terrain().grid(), corners)?;
     let cells: BTreeSet<Cell> = inside.into_iter().filter(|&cell| view.terrain().is_searched(cell)).collect();
     if cells.is_empty() {
@@ -450,7 +450,7 @@ fn searched(view: &View, corners: &[Corner], pod: f64, note: String) -> Result<(
     );
     let pod_thousandths = (pod * 1000.0).round() as u16;
     let mark = Mark::Searched(Searched { cells, pod_thousandths });
-    Ok((Command::Mark(mark, on_one_line(&note)), answer))
+    Ok((Command::Mark(mark, on_one_line(note)), answer))
 }
 
 fn withdraw(view: &View, name: String) -> Result<(Command, String), AskError> {

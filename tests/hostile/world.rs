@@ -196,6 +196,7 @@ impl World {
             1 => Command::Team(TeamOrder::Search),
             2 => Command::Search(vec![cell]),
             3 | 4 => Command::Judge(*Decision::ALL.choose(&mut self.random).unwrap(), cell),
+            _ if self.node.mission().marks().iter().len() >= 20 => Command::Unmark(self.now.0),
             _ => {
                 let search = Searched { cells: [cell].into(), pod_thousandths: 500 };
                 Command::Mark(Mark::Searched(search), String::new())

@@ -140,12 +140,13 @@ impl World {
 
     /// The coordinator's marks; mostly another one has more, or has withdrawn one.
     fn marks(&mut self, from: Participant) -> MarkReport {
-        let (cell, radius_hundredths) = (self.any_cell(), self.random.random_range(0..500));
+        let (cell, radius_hundredths) = (self.any_cell(), self.random.random_range(0..100));
         let mut marks = self.node.mission().marks().clone();
         let last = marks.iter().last().map(|(id, _)| id);
         match last {
             Some(last) if self.random.random() => drop(marks.withdraw(self.now.0, last)),
-            _ if !marks.has_room(self.scenario.terrain().grid(), 1) => {}
+            // Enough to be merged and withdrawn; each new one is summed with all others.
+            _ if marks.iter().len() >= 20 => {}
             _ => {
                 let mark = Mark::Clue(Clue { cell, ratio_thousandths: 2_000, radius_hundredths });
                 marks.make(self.now.0, mark, "a glove".to_owned());
