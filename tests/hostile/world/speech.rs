@@ -140,7 +140,7 @@ impl World {
 
     /// The coordinator's marks; mostly another one has more, or has withdrawn one.
     fn marks(&mut self, from: Participant) -> MarkReport {
-        let (cell, radius_hundredths) = (self.any_cell(), self.random.random_range(0..100));
+        let (cell, radius_hundredths) = (self.any_cell(), 0);
         let mut marks = self.node.mission().marks().clone();
         let last = marks.iter().last().map(|(id, _)| id);
         match last {
