@@ -71,7 +71,7 @@ impl World {
             cells[usize::from(sequence % 2 == 1)]
         };
         let mut readings = self.readings(from);
-        if self.random.random_ratio(1, 1000) {
+        if self.random.random_ratio(1, 250) {
             // However vague the sensor is. Damaged bytes seldom make such a value.
             readings[0].value = 1e6;
         }
