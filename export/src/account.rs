@@ -200,7 +200,7 @@ impl Account {
 
     /// A clue's radius, meters.
     pub(crate) fn radius_meters(&self, clue: Clue) -> f64 {
-        f64::from(clue.radius_hundredths) / 100.0 * self.terrain.cell_meters()
+        clue.radius_cells() * self.terrain.cell_meters()
     }
 
     /// The center of a cell.

@@ -144,7 +144,7 @@ fn clue(account: &Account, (number, time, clue, note): (usize, MissionTime, Clue
         "kind": "clue",
         "name": format!("Clue {number}"),
         "note": note,
-        "ratio": f64::from(clue.ratio_thousandths) / 1000.0,
+        "ratio": clue.ratio(),
         "radius_meters": account.radius_meters(clue),
         "marked_at": wall_time(account.start_unix_ns, time),
         "marked_seconds": time.as_seconds(),

@@ -130,7 +130,7 @@ fn clue(
     account: &Account,
     (number, time, clue, note): (usize, MissionTime, Clue, String),
 ) -> io::Result<()> {
-    let (ratio, radius) = (f64::from(clue.ratio_thousandths) / 1000.0, account.radius_meters(clue));
+    let (ratio, radius) = (clue.ratio(), account.radius_meters(clue));
     let facts =
         [("kind", "clue".into()), ("ratio", ratio.to_string()), ("radius_meters", radius.to_string())];
     mark(writer, account, (&format!("Clue {number}"), time, &note), &facts, |writer| {

@@ -396,8 +396,8 @@ impl MarkFrame {
             time: MissionTime(id).as_seconds(),
             note: marked.note.clone(),
             cell: clue.map(|clue| clue.cell.number()),
-            ratio: clue.map(|clue| f64::from(clue.ratio_thousandths) / 1000.0),
-            radius_meters: clue.map(|clue| f64::from(clue.radius_hundredths) / 100.0 * cell_meters),
+            ratio: clue.map(|clue| clue.ratio()),
+            radius_meters: clue.map(|clue| clue.radius_cells() * cell_meters),
             cells: cells.map(|runs| runs.iter().map(|run| [run.first, run.count]).collect()),
             pod: search.map(Searched::probability_of_detection),
         }

@@ -203,7 +203,7 @@ impl Knowledge {
 
     /// Merges marks, as [`Marks::merge_into`]; returns the cells that they concern, `None` if nothing is news.
     pub fn mark(&mut self, now: MissionTime, marks: &Marks, grid: Grid) -> Option<BTreeSet<Cell>> {
-        if marks.iter().all(|(id, entry)| self.marks().includes(id, &entry)) {
+        if self.marks().includes_all(marks) {
             return None;
         }
         let prior = Arc::clone(&self.prior);

@@ -41,10 +41,10 @@ impl Marked {
         let note = if note.is_empty() { note } else { format!(": {note}") };
         match &self.mark {
             Mark::Clue(clue) => {
-                let times = f64::from(clue.ratio_thousandths) / 1000.0;
+                let times = clue.ratio();
                 let near = match clue.radius_hundredths {
                     0 => "this cell".to_owned(),
-                    hundredths => format!("about {:.0} m", places.meters(f64::from(hundredths) / 100.0)),
+                    _ => format!("about {:.0} m", places.meters(clue.radius_cells())),
                 };
                 format!(
                     "a clue at {}, {times} to 1 for an object within {near}{note}",
@@ -139,6 +139,9 @@ impl Marks {
     ) -> Option<BTreeSet<Cell>> {
         let before = self.clone();
         let news = self.merge_news(now, other);
+        if news.is_empty() {
+            return None;
+        }
         let news = news.iter().flat_map(|(before, after)| before.iter().chain([after]));
         let concerned: BTreeSet<Cell> =
             news.flat_map(|marked| marked.mark.evidence(grid)).map(|(cell, _)| cell).collect();
@@ -148,7 +151,7 @@ impl Marks {
             let weighted_sum = units(&is, cell) - units(&was, cell);
             belief.add_evidence(cell, CellEvidence { precision: 0, weighted_sum });
         }
-        (*self != before).then_some(concerned)
+        Some(concerned)
     }
 
     /// What all marks together add to the log-odds of these cells, units. Clues never make a find: see [`most_units`].

@@ -60,6 +60,12 @@ impl<K: Copy + Ord, V: Clone + Ord> Newest<K, V> {
         self.0.get(&key).is_some_and(|known| known >= entry)
     }
 
+    /// Whether each of these entries, or a newer one for its key, is known.
+    #[must_use]
+    pub fn includes_all(&self, other: &Self) -> bool {
+        other.0.iter().all(|(&key, entry)| self.includes(key, entry))
+    }
+
     /// Makes an entry for a key, as of a time in nanoseconds: it is newer than any other for this key.
     pub fn give(&mut self, time_ns: u64, key: K, value: V) {
         let known = self.0.get(&key).map_or(0, |known| known.number.saturating_add(1));

@@ -57,14 +57,26 @@ impl Clue {
     /// The greatest radius, hundredths of a cell: 100 cells.
     pub const MAX_RADIUS_HUNDREDTHS: u32 = 10_000;
 
+    /// `r`.
+    #[must_use]
+    pub fn ratio(self) -> f64 {
+        f64::from(self.ratio_thousandths) / 1000.0
+    }
+
+    /// `s`, cells.
+    #[must_use]
+    pub fn radius_cells(self) -> f64 {
+        f64::from(self.radius_hundredths) / 100.0
+    }
+
     /// What it adds to the log-odds of a cell in this distance, units.
     fn units(self, squared_cells: f64) -> i64 {
-        let radius_cells = f64::from(self.radius_hundredths) / 100.0;
+        let radius_cells = self.radius_cells();
         let nearness = match self.radius_hundredths {
             0 => f64::from(u8::from(squared_cells <= 0.0)),
             _ => libm::exp(-squared_cells / (2.0 * radius_cells * radius_cells)),
         };
-        units(libm::log1p((f64::from(self.ratio_thousandths) / 1000.0 - 1.0) * nearness))
+        units(libm::log1p((self.ratio() - 1.0) * nearness))
     }
 }
 
@@ -90,7 +102,7 @@ impl Mark {
                 search.cells.iter().map(|&cell| (cell, of(fall))).collect()
             }
             Self::Clue(clue) => {
-                let near = near(grid, clue.cell, REACH_RADII * f64::from(clue.radius_hundredths) / 100.0);
+                let near = near(grid, clue.cell, REACH_RADII * clue.radius_cells());
                 let rise = |(cell, squared_cells)| (cell, of(clue.units(squared_cells)));
                 near.map(rise).filter(|(_, rise)| rise.weighted_sum != 0).collect()
             }

@@ -276,7 +276,7 @@ impl World {
     /// Merges the operator's marks into the merged belief.
     pub fn mark(&mut self, now: MissionTime, marks: &Marks) {
         // Robots repeat them beside each heartbeat.
-        if marks.iter().all(|(id, entry)| self.marks.includes(id, &entry)) {
+        if self.marks.includes_all(marks) {
             return;
         }
         let was_found: Vec<Cell> =

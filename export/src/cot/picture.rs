@@ -311,7 +311,7 @@ impl Picture {
     /// The operator's clues that count.
     fn clues(&self, time_unix_ns: u64) -> impl Iterator<Item = Event> {
         self.fold.marks().clues().filter_map(move |(number, id, clue, marked)| {
-            let radius_meters = self.places.meters(f64::from(clue.radius_hundredths) / 100.0);
+            let radius_meters = self.places.meters(clue.radius_cells());
             Some(Event {
                 uid: self.uid(&format!("clue-{id}")),
                 kind: "b-m-p-s-m",
