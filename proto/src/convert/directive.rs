@@ -1,7 +1,8 @@
 //! The directive to the wire and back: its cells travel as runs.
 
-use std::collections::BTreeSet;
 use std::ops::{Range, RangeInclusive};
+
+use dragnet_search::cell::Cell;
 
 use super::check::Check;
 use super::error::ConvertError;
@@ -31,15 +32,8 @@ impl Check {
     pub(super) fn directive(self, wire: &wire::Directive) -> Result<Directive, ConvertError> {
         let check = self.within(Place::Directive);
         check.version(wire.version)?;
-        check.same_length("counts", wire.counts.len(), "firsts", wire.firsts.len())?;
-        let mut added = BTreeSet::new();
-        // Runs that ascend and stay on the map are no more cells than it has.
-        let mut next = 0;
-        for (index, (&first, &count)) in wire.firsts.iter().zip(&wire.counts).enumerate() {
-            let run = check.run(index, next..first, count)?;
-            next = *run.end() + 1;
-            added.extend(run.filter_map(|number| check.grid.cell_numbered(number)));
-        }
+        let runs = check.runs(&wire.firsts, &wire.counts)?;
+        let added = runs.into_iter().flat_map(|run| check.cells(run)).collect();
         Ok(Directive { number: wire.number, order: check.order(wire.order)?, added })
     }
 
@@ -53,13 +47,29 @@ impl Check {
             })
     }
 
-    /// The numbers of one run of cells, all on the map. `gap` counts from the earliest start of this one.
-    pub(super) fn run(
+    /// The numbers of each run of cells, all on the map: runs that ascend and stay on it are no more cells than it has.
+    pub(super) fn runs(
         self,
-        index: usize,
-        gap: Range<u32>,
-        count: u32,
-    ) -> Result<RangeInclusive<u32>, ConvertError> {
+        firsts: &[u32],
+        counts: &[u32],
+    ) -> Result<Vec<RangeInclusive<u32>>, ConvertError> {
+        self.same_length("counts", counts.len(), "firsts", firsts.len())?;
+        let mut next = 0;
+        let runs = firsts.iter().zip(counts).enumerate().map(|(index, (&first, &count))| {
+            let run = self.run(index, next..first, count)?;
+            next = *run.end() + 1;
+            Ok(run)
+        });
+        runs.collect()
+    }
+
+    /// The cells of a run.
+    pub(super) fn cells(self, run: RangeInclusive<u32>) -> impl Iterator<Item = Cell> {
+        run.filter_map(move |number| self.grid.cell_numbered(number))
+    }
+
+    /// The numbers of one run of cells, all on the map. `gap` counts from the earliest start of this one.
+    fn run(self, index: usize, gap: Range<u32>, count: u32) -> Result<RangeInclusive<u32>, ConvertError> {
         let first = gap.end;
         if first < gap.start {
             let (found, before) = (first.into(), gap.start.into());

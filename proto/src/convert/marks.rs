@@ -116,19 +116,16 @@ impl Check {
     }
 
     fn marked_cells(self, wire: &wire::Mark, left: &mut usize) -> Result<Vec<Cell>, ConvertError> {
-        self.same_length("counts", wire.counts.len(), "firsts", wire.firsts.len())?;
         let mut cells = Vec::new();
-        let mut next = 0;
-        for (index, (&first, &count)) in wire.firsts.iter().zip(&wire.counts).enumerate() {
-            let run = self.run(index, next..first, count)?;
-            next = *run.end() + 1;
+        let runs = self.runs(&wire.firsts, &wire.counts)?;
+        for (index, (run, &count)) in runs.into_iter().zip(&wire.counts).enumerate() {
             let most = *left;
             *left = most.checked_sub(count as usize).ok_or(ConvertError::TooMany {
                 at: self.at_entry("counts", index),
                 found: count as usize,
                 most,
             })?;
-            cells.extend(run.filter_map(|cell| self.grid.cell_numbered(cell)));
+            cells.extend(self.cells(run));
         }
         Ok(cells)
     }

@@ -30,21 +30,18 @@ impl Check {
     pub(super) fn zones(self, wire: &wire::Zones) -> Result<ZoneReport, ConvertError> {
         self.version(wire.version)?;
         let expected = wire.firsts.len();
-        self.same_length("counts", wire.counts.len(), "firsts", expected)?;
+        let runs = self.runs(&wire.firsts, &wire.counts)?;
         self.same_length("numbers", wire.numbers.len(), "firsts", expected)?;
         self.same_length("zones", wire.zones.len(), "firsts", expected)?;
         let mut zones: Vec<(Cell, Numbered<Zone>)> = Vec::new();
-        let mut next = 0;
-        for (index, (&first, &count)) in wire.firsts.iter().zip(&wire.counts).enumerate() {
-            let run = self.run(index, next..first, count)?;
+        for (index, run) in runs.into_iter().enumerate() {
             let found = wire.zones[index];
             let value = Zone::numbered(found).ok_or_else(|| {
                 let allowed = "0 open, 1 skip, 2 no-go";
                 ConvertError::Alternative { at: self.at_entry("zones", index), found, allowed }
             })?;
             let entry = Numbered { number: wire.numbers[index], value };
-            next = *run.end() + 1;
-            zones.extend(run.filter_map(|cell| self.grid.cell_numbered(cell)).map(|cell| (cell, entry)));
+            zones.extend(self.cells(run).map(|cell| (cell, entry)));
         }
         let zones: Zones = zones.into_iter().collect();
         Ok(ZoneReport { from: Source::numbered(wire.robot).into(), time_ns: wire.time_ns, zones })
