@@ -2,6 +2,7 @@
 //!
 //! The live page, `replay`, `export` and Python all use this fold, so that they show the same state.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::finds::{Find, finds};
@@ -35,6 +36,8 @@ pub struct MissionFold {
     verdicts: Verdicts,
     zones: Zones,
     marks: Marks,
+    /// Of the cells that marks concern: probability that the searches of others would have detected an object.
+    pod_of_others: BTreeMap<Cell, f64>,
 }
 
 /// The changes caused by a record.
@@ -66,6 +69,7 @@ impl MissionFold {
             verdicts: Verdicts::default(),
             zones: Zones::default(),
             marks: Marks::default(),
+            pod_of_others: BTreeMap::new(),
         }
     }
 
@@ -102,7 +106,9 @@ impl MissionFold {
                 }
                 let (grid, now) = (self.terrain.grid(), MissionTime(report.time_ns));
                 let marked = self.marks.merge_into(now, &report.marks, grid, &self.prior, &mut self.belief);
-                Change { marked: marked.into_iter().flatten().collect(), ..Change::default() }
+                let marked = marked.unwrap_or_default();
+                self.pod_of_others.extend(self.marks.probability_of_detection(&marked));
+                Change { marked: marked.into_iter().collect(), ..Change::default() }
             }
             Record::Zones(report) => {
                 if report.from == Participant::Coordinator {
@@ -172,6 +178,12 @@ impl MissionFold {
     #[must_use]
     pub const fn marks(&self) -> &Marks {
         &self.marks
+    }
+
+    /// Probability that the searches of others, as the operator has marked them, would have detected an object in a cell.
+    #[must_use]
+    pub fn pod_of_others(&self, cell: Cell) -> f64 {
+        self.pod_of_others.get(&cell).copied().unwrap_or(0.0)
     }
 
     /// The operator's verdicts.

@@ -291,7 +291,7 @@ impl Fold {
         let of = |cell| {
             let (prior, evidence) = (belief.prior_log_odds_nats(cell), belief.evidence().of(cell));
             let missed = 1.0 - probability_of_detection(prior, evidence, detection_threshold);
-            1.0 - missed * (1.0 - self.mission.marks().probability_of_detection(cell))
+            1.0 - missed * (1.0 - self.mission.pod_of_others(cell))
         };
         self.mission.terrain().grid().cells().map(of).collect()
     }

@@ -42,7 +42,7 @@ impl Searched {
         for &cell in cells {
             let (prior_nats, evidence) = (belief.prior_log_odds_nats(cell), belief.evidence().of(cell));
             let missed = 1.0 - probability_of_detection(prior_nats, evidence, self.detection_threshold);
-            let pod = (1.0 - missed * (1.0 - fold.marks().probability_of_detection(cell))) as f32;
+            let pod = (1.0 - missed * (1.0 - fold.pod_of_others(cell))) as f32;
             let before = std::mem::replace(&mut self.pod[cell.index()], pod);
             self.detected += belief.prior_probability(cell) * f64::from(pod - before);
         }

@@ -172,11 +172,20 @@ impl Marks {
         sums
     }
 
-    /// Probability that the searches of others would have detected an object in a cell.
+    /// Probability that the searches of others would have detected an object, of each of these cells.
     #[must_use]
-    pub fn probability_of_detection(&self, cell: Cell) -> f64 {
-        let missed = |(_, marked): (_, Arc<Marked>)| 1.0 - marked.mark.probability_of_detection(cell);
-        1.0 - self.standing().map(missed).product::<f64>()
+    pub fn probability_of_detection(&self, cells: &BTreeSet<Cell>) -> BTreeMap<Cell, f64> {
+        let mut missed: BTreeMap<Cell, f64> = cells.iter().map(|&cell| (cell, 1.0)).collect();
+        for (_, marked) in self.standing() {
+            if let Mark::Searched(search) = &marked.mark {
+                for &cell in search.cells.intersection(cells) {
+                    missed
+                        .entry(cell)
+                        .and_modify(|missed| *missed *= 1.0 - search.probability_of_detection());
+                }
+            }
+        }
+        missed.into_iter().map(|(cell, missed)| (cell, 1.0 - missed)).collect()
     }
 }
 
@@ -256,8 +265,11 @@ mod tests {
         desk.make(5, searched([1, 2]));
         desk.make(5, searched([2]));
         assert_eq!(desk.marks.standing().map(|(id, _)| id).collect::<Vec<_>>(), [5, 6, 7]);
-        let pod = |desk: &Desk, number| desk.marks.probability_of_detection(cell(number));
+        let pod = |desk: &Desk, number| {
+            desk.marks.probability_of_detection(&[1, 2, 3].map(cell).into())[&cell(number)]
+        };
         assert!((pod(&desk, 1) - 0.7).abs() < 1e-12 && (pod(&desk, 2) - 0.91).abs() < 1e-12);
+        assert!(pod(&desk, 3).abs() < 1e-12);
         assert!(desk.withdraw(8, 6) && desk.withdraw(8, 7) && !desk.withdraw(9, 7) && !desk.withdraw(9, 4));
         assert_eq!((desk.belief.digest(), desk.marks.standing().count()), (one, 1));
         assert!(pod(&desk, 2).abs() < 1e-12);

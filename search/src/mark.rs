@@ -117,15 +117,6 @@ impl Mark {
             Self::Clue(_) => 1,
         }
     }
-
-    /// The probability that a search of others would have detected an object in a cell: 0 for clues.
-    #[must_use]
-    pub fn probability_of_detection(&self, cell: Cell) -> f64 {
-        match self {
-            Self::Searched(search) if search.cells.contains(&cell) => search.probability_of_detection(),
-            _ => 0.0,
-        }
-    }
 }
 
 /// The cells in a square around a cell, with their squared distances from it in cells.
@@ -210,13 +201,13 @@ mod tests {
     fn a_search_of_others_leaves_what_it_may_have_missed() {
         let (terrain, before) = field();
         let cells = BTreeSet::from([1, 2].map(|column| at(terrain.grid(), 1, column)));
-        let mark = Mark::Searched(Searched { cells: cells.clone(), pod_thousandths: 800 });
-        let after = marked(&terrain, &before, &mark);
+        let search = Searched { cells: cells.clone(), pod_thousandths: 800 };
+        assert!((search.probability_of_detection() - 0.8).abs() < 1e-12);
+        let after = marked(&terrain, &before, &Mark::Searched(search));
         for cell in terrain.grid().cells() {
             let expected = if cells.contains(&cell) { 0.2 } else { 1.0 };
             let times = odds(&after, cell) / odds(&before, cell);
             assert!((times - expected).abs() < 1e-4, "{cell:?} {times}");
-            assert!((mark.probability_of_detection(cell) - (1.0 - expected)).abs() < 1e-12);
         }
     }
 }
