@@ -201,7 +201,7 @@ fn check_has_met_all(tally: &Tally) {
     assert!(tally.counted >= 50_000);
     assert_eq!(tally.rejected.len(), 12, "of all reasons");
     // With so vague a sensor few values are impossible, and most of those are made so.
-    assert!(tally.rejected.values().all(|&count| count >= 10));
+    assert!(tally.rejected.values().all(|&count| count >= 10), "{:?}", tally.rejected);
 }
 
 /// A list at the end claims to be endless, and is as long as a message can be.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use dragnet_proto::convert;
 use dragnet_proto::directive::{Directive, TeamOrder};
+use dragnet_proto::marks::Marks;
 use dragnet_proto::message::{
     Activity, Heartbeat, Intent, MarkReport, Message, MessageKind, OrderReport, SyncReply, SyncRequest,
     VerdictReport, ZoneReport,
@@ -12,13 +13,16 @@ use dragnet_proto::verdict::Decision;
 use dragnet_proto::zones::Zone;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
-use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::evidence::{Digest, MAX_VALUE, Reading};
 use dragnet_search::mark::{Clue, Mark};
 use dragnet_search::observation::{Observation, Origin, RobotId, Version, Versions};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 
 use super::{Said, World};
+
+/// Number of marks that a message has at most. The coordinator knows more: damaged messages add others.
+const SAID_MARKS: usize = 6;
 
 fn origin((robot, incarnation): (RobotId, u64)) -> Origin {
     Origin { source: robot.into(), incarnation }
@@ -71,9 +75,9 @@ impl World {
             cells[usize::from(sequence % 2 == 1)]
         };
         let mut readings = self.readings(from);
-        if self.random.random_ratio(1, 250) {
+        if self.random.random_ratio(1, 1000) {
             // However vague the sensor is. Damaged bytes seldom make such a value.
-            readings[0].value = 1e6;
+            readings[0].value = MAX_VALUE;
         }
         Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings })
     }
@@ -141,12 +145,11 @@ impl World {
     /// The coordinator's marks; mostly another one has more, or has withdrawn one.
     fn marks(&mut self, from: Participant) -> MarkReport {
         let (cell, radius_hundredths) = (self.any_cell(), 0);
-        let mut marks = self.node.mission().marks().clone();
+        let mut marks: Marks = self.node.mission().marks().iter().take(SAID_MARKS).collect();
         let last = marks.iter().last().map(|(id, _)| id);
         match last {
             Some(last) if self.random.random() => drop(marks.withdraw(self.now.0, last)),
-            // Enough to be merged and withdrawn; each new one is summed with all others.
-            _ if marks.iter().len() >= 20 => {}
+            _ if marks.iter().len() == SAID_MARKS => {}
             _ => {
                 let mark = Mark::Clue(Clue { cell, ratio_thousandths: 2_000, radius_hundredths });
                 marks.make(self.now.0, mark, "a glove".to_owned());
