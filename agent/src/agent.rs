@@ -1,14 +1,12 @@
 //! The robot's state machine: handles events and returns effects.
 
+mod operator;
 mod zones;
 
 use dragnet_learn::policy;
 use dragnet_proto::directive::{Directive, added_prior};
 use dragnet_proto::knowledge::{Knowledge, SharedKnowledge};
-use dragnet_proto::message::{
-    Activity, Audience, Heartbeat, Intent, MarkReport, Message, MissionStatus, OrderReport, VerdictReport,
-    ZoneReport,
-};
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Intent, Message, MissionStatus};
 use dragnet_proto::orders::{RobotOrder, RobotOrders};
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
@@ -522,74 +520,12 @@ impl Agent {
         effects.repeats.extend(received.repeats);
         let replies = received.replies.into_iter().map(|(whom, reply)| (Audience::One(whom), reply));
         effects.published.extend(replies);
-        match message {
-            Message::Heartbeat(Heartbeat { directive, versions, .. })
-            | Message::MissionStatus(MissionStatus { directive, versions, .. }) => {
-                self.heartbeats.suppress(|| self.replica.log().is_known_to(versions));
-                self.obey(now, directive, effects);
-            }
-            Message::Orders(report) => {
-                let before = self.order();
-                if self.orders.merge(now, &report.orders) && self.order() != before {
-                    self.decide(now, effects);
-                }
-            }
-            Message::Zones(report) => self.keep_out(now, &report.zones, effects),
-            _ => {}
+        if let Message::Heartbeat(Heartbeat { versions, .. })
+        | Message::MissionStatus(MissionStatus { versions, .. }) = message
+        {
+            self.heartbeats.suppress(|| self.replica.log().is_known_to(versions));
         }
-        if !received.judged.is_empty() {
-            // What was detected there is settled.
-            self.sightings.settle(&received.judged);
-            self.reconsider(now, effects);
-        }
-        if received.marked.is_some() {
-            self.reconsider(now, effects);
-        }
-    }
-
-    /// The operator has decided about finds or marked something: a plan, or an end of the search because of what was believed,
-    /// is reconsidered.
-    fn reconsider(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
-        self.is_overtaken = true;
-        if self.has_nothing_to_do() {
-            self.decide(now, effects);
-        }
-    }
-
-    /// Whether anything new may give it something to do at once.
-    fn has_nothing_to_do(&self) -> bool {
-        self.activity.is_rest() || self.activity == Activity::Waiting
-    }
-
-    /// Applies a new directive of the operator: pauses, resumes, returns, or adds cells to the search area.
-    fn obey(&mut self, now: MissionTime, directive: &Directive, effects: &mut Effects<Message>) {
-        let (order, known) = (self.order(), self.directive.added.len());
-        if !self.directive.merge(now, directive) {
-            return;
-        }
-        let terrain = Arc::make_mut(&mut self.config.terrain);
-        self.replica.knowledge_mut().search_also(
-            terrain,
-            self.directive.added.iter().copied(),
-            self.config.added_prior,
-        );
-        if self.directive.added.len() > known {
-            self.survey();
-        }
-        // On its way home, or to where it is sent, it decides again in the next cell.
-        self.is_overtaken |=
-            matches!(self.activity, Activity::Returning | Activity::Sent | Activity::Leaving);
-        if self.order() != order || self.has_nothing_to_do() {
-            self.decide(now, effects);
-        }
-    }
-
-    /// What it is to do: what the operator wants of it, or to return if it must and is not told to stay where it is.
-    fn order(&self) -> RobotOrder {
-        match self.orders.current(self.config.id(), &self.directive) {
-            RobotOrder::Search | RobotOrder::Go(_) if self.must_return => RobotOrder::Return,
-            order => order,
-        }
+        self.heed(now, message, &received.judged, received.marked.is_some(), effects);
     }
 
     /// Of two robots that did not know each other's plans, the one that decided later, or has the higher number,
@@ -873,28 +809,7 @@ impl Agent {
             directive: self.directive.clone(),
         };
         effects.published.push((Audience::All, Message::Heartbeat(heartbeat)));
-        let verdicts = self.replica.knowledge().verdicts();
-        if !verdicts.is_empty() {
-            let (from, verdicts) = (Participant::Robot(self.config.id()), verdicts.clone());
-            let report = VerdictReport { from, time_ns: now.0, verdicts };
-            effects.published.push((Audience::All, Message::Verdicts(report)));
-        }
-        if !self.orders.is_empty() {
-            let (from, orders) = (Participant::Robot(self.config.id()), self.orders.clone());
-            let report = OrderReport { from, time_ns: now.0, orders };
-            effects.published.push((Audience::All, Message::Orders(report)));
-        }
-        if !self.zones.is_empty() {
-            let (from, zones) = (Participant::Robot(self.config.id()), self.zones.clone());
-            let report = ZoneReport { from, time_ns: now.0, zones };
-            effects.published.push((Audience::All, Message::Zones(report)));
-        }
-        let marks = self.replica.knowledge().marks();
-        if !marks.is_empty() {
-            let (from, marks) = (Participant::Robot(self.config.id()), marks.clone());
-            let report = MarkReport { from, time_ns: now.0, marks };
-            effects.published.push((Audience::All, Message::Marks(report)));
-        }
+        self.pass_on(now, effects);
     }
 }
 

@@ -535,3 +535,42 @@ fn a_verdict_makes_a_robot_decide_again_in_its_next_cell() {
     );
     assert!(field.sense(2, first.number()).route.is_some());
 }
+
+/// With nobody to be heard, it would drive on although the operator has paused it, or through what is closed.
+#[test]
+fn a_restarted_robot_still_follows_what_it_was_told() {
+    let mut field = Field::on(OPEN, "budget_seconds = 1e6");
+    let mut kept = field.sense(0, 0).kept;
+    let mut known = Marks::default();
+    let clue = Clue { cell: field.cell(4), ratio_thousandths: 3_000, radius_hundredths: 0 };
+    known.make(SECOND, Mark::Clue(clue), "a glove".to_owned());
+    field.receive(1, marks(&known));
+    field.close(2, &[(1, 5, Zone::NoGo), (2, 5, Zone::Skip)]);
+    field.order(3, 6, TeamOrder::Pause, &[17]);
+    field.order_one(4, &[(1, 7, RobotOrder::Go(field.cell(12))), (2, 8, RobotOrder::Return)]);
+    let confirmed = decided(&field, field.cell(3), &[Decision::Confirmed]);
+    field.receive(5, verdicts(Participant::Coordinator, &confirmed));
+    kept.extend(field.sense(6, 0).kept);
+    let wake = field.robot.wake_at();
+    let said = field.robot.react(wake, Event::Woke).published;
+
+    let mut again = Field::on(OPEN, "budget_seconds = 1e6");
+    for observation in &kept {
+        again.robot.recall(observation);
+    }
+    for (_, message) in &said {
+        again.robot.recall_instructions(Field::at(60), message);
+    }
+    assert_eq!(again.robot.belief().digest(), field.robot.belief().digest());
+    let way = again.sense(61, 0).route.unwrap();
+    assert_eq!((way.last(), again.robot.activity()), (Some(&again.cell(12)), Activity::Sent));
+    let wake = again.robot.wake_at();
+    let repeated = again.robot.react(wake, Event::Woke).published;
+    let instructions = |(_, message): &(_, Message)| message.instructions().map(|it| format!("{it:?}"));
+    let [before, after] =
+        [&said, &repeated].map(|all| all.iter().filter_map(instructions).collect::<Vec<_>>());
+    assert_eq!((before.len(), &before), (5, &after));
+    assert!(again.order_one(62, &[(1, 9, RobotOrder::Pause)]).route.unwrap().is_empty());
+    let way = again.order_one(63, &[(1, 10, RobotOrder::Go(again.cell(2)))]).route.unwrap();
+    assert!(way.len() > 2 && !way.contains(&again.cell(1)), "around the zone: {way:?}");
+}

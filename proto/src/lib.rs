@@ -14,6 +14,7 @@ pub mod command;
 pub mod convert;
 pub mod directive;
 pub mod dragnet_msgs;
+pub mod instructions;
 pub mod key;
 pub mod knowledge;
 pub mod marks;

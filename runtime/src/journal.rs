@@ -7,6 +7,7 @@
 mod damage;
 mod error;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::ErrorKind;
 use std::ops::RangeBounds;
@@ -22,7 +23,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 use dragnet_search::terrain::Terrain;
 use redb::backends::InMemoryBackend;
-use redb::{Builder, Database, ReadableDatabase, StorageBackend, TableDefinition};
+use redb::{Builder, Database, ReadableDatabase, StorageBackend, TableDefinition, TableError};
 
 pub use error::JournalError;
 
@@ -34,6 +35,18 @@ const FACTS: TableDefinition<'_, &str, &str> = TableDefinition::new("facts");
 type Name = (u16, u64, u64);
 /// By name: the encoded message of an observation.
 const OBSERVATIONS: TableDefinition<'_, Name, &[u8]> = TableDefinition::new("observations");
+/// By the name of its kind: the last encoded message that passed on instructions of the operator. Journals of earlier
+/// versions have no such table.
+const INSTRUCTIONS: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("instructions");
+/// The kinds of messages in which a robot passes on instructions, each with its name: a directive before zones and orders that
+/// rest on the cells that it adds.
+const PASSED_ON: [(MessageKind, &str); 5] = [
+    (MessageKind::Heartbeat, "directive"),
+    (MessageKind::Verdicts, "verdicts"),
+    (MessageKind::Orders, "orders"),
+    (MessageKind::Zones, "zones"),
+    (MessageKind::Marks, "marks"),
+];
 
 mod fact {
     pub(super) const FORMAT: &str = "format";
@@ -73,6 +86,8 @@ pub struct Memory {
     pub started_unix_ns: u64,
     /// All observations that it knew, its own in the order in which it made them.
     pub observations: Vec<Arc<Observation>>,
+    /// The last messages in which it passed on instructions of the operator, at most one of each kind.
+    pub instructions: Vec<Message>,
 }
 
 impl Memory {
@@ -138,6 +153,9 @@ pub struct Journal {
     database: Option<Database>,
     /// Observations that are not on disk yet.
     waiting: Vec<Arc<Observation>>,
+    /// The last messages with instructions of the operator, and the kinds of those that are not on disk yet.
+    instructions: BTreeMap<MessageKind, Message>,
+    instructions_waiting: BTreeSet<MessageKind>,
     /// The stored mission time.
     time: Option<Kept>,
     /// Whether that is not on disk yet.
@@ -162,6 +180,8 @@ impl Journal {
             facts: subject.facts(now_unix_ns),
             database: None,
             waiting: Vec::new(),
+            instructions: BTreeMap::new(),
+            instructions_waiting: BTreeSet::new(),
             time: None,
             is_time_waiting: false,
             failed: None,
@@ -191,7 +211,8 @@ impl Journal {
             }
             Err(error) => {
                 journal.fail(&full_disk(error)?);
-                Ok((journal, Memory { started_unix_ns: now_unix_ns, observations: Vec::new() }))
+                let (observations, instructions) = Default::default();
+                Ok((journal, Memory { started_unix_ns: now_unix_ns, observations, instructions }))
             }
         }
     }
@@ -205,12 +226,27 @@ impl Journal {
         let database = database.map_err(|source| JournalError::of(&self.path, source))?;
         let memory = remember(&database, &self.path, subject)?;
         self.time = noted_time(&database).map_err(|source| JournalError::of(&self.path, source))?;
+        let instructions = memory.instructions.iter().cloned();
+        self.instructions = instructions.map(|message| (message.kind(), message)).collect();
         Ok((database, memory))
     }
 
     /// Adds observations; they are on disk after the next [`Journal::commit`].
     pub fn note(&mut self, observations: Vec<Arc<Observation>>) {
         self.waiting.extend(observations);
+    }
+
+    /// Adds the instructions in a message that the robot publishes, if they have changed; they are on disk after the next
+    /// [`Journal::commit`].
+    pub fn note_instructions(&mut self, message: &Message) {
+        let kind = message.kind();
+        let known = self.instructions.get(&kind);
+        if message.instructions().is_some()
+            && known.is_none_or(|known| known.instructions() != message.instructions())
+        {
+            self.instructions.insert(kind, message.clone());
+            self.instructions_waiting.insert(kind);
+        }
     }
 
     /// Sets the mission time; it is on disk after the next [`Journal::commit`].
@@ -227,7 +263,8 @@ impl Journal {
 
     /// Writes all pending data. If the disk fails, they stay pending: the failure and its end are logged.
     pub fn commit(&mut self) {
-        let is_all_written = self.waiting.is_empty() && !self.is_time_waiting;
+        let is_all_written =
+            self.waiting.is_empty() && self.instructions_waiting.is_empty() && !self.is_time_waiting;
         if is_all_written || self.failed.is_some_and(|failed| failed.elapsed() < RETRY) {
             return;
         }
@@ -239,6 +276,7 @@ impl Journal {
             tracing::info!("{path}: written again, {count} observations that had waited first");
         }
         self.waiting.clear();
+        self.instructions_waiting.clear();
         self.is_time_waiting = false;
     }
 
@@ -281,6 +319,15 @@ impl Journal {
                 let name = (source.number(), incarnation, observation.sequence);
                 let bytes = convert::encode(&Message::Observation(Arc::clone(observation)));
                 table.insert(name, bytes.as_slice())?;
+            }
+            for (kind, name) in PASSED_ON {
+                if let Some(message) =
+                    self.instructions.get(&kind).filter(|_| self.instructions_waiting.contains(&kind))
+                {
+                    transaction
+                        .open_table(INSTRUCTIONS)?
+                        .insert(name, convert::encode(message).as_slice())?;
+                }
             }
             if let Some(time) = self.time.as_ref().filter(|_| self.is_time_waiting) {
                 transaction.open_table(FACTS)?.insert(fact::TIME, written_time(time).as_str())?;
@@ -356,13 +403,15 @@ fn remember(database: &Database, path: &Path, subject: Subject<'_>) -> Result<Me
             return Err(JournalError::Foreign { path: path.to_owned(), what: name, found, expected });
         }
     }
-    let bytes = read(database, .., usize::MAX).map_err(failed)?;
-    let observations = decode(&Codec::new(subject.terrain.grid()), &bytes);
+    let codec = Codec::new(subject.terrain.grid());
+    let observations = decode(&codec, &read(database, .., usize::MAX).map_err(failed)?);
+    let instructions = passed_on(&codec, &read_instructions(database).map_err(failed)?);
     let content = |reason| JournalError::Content { path: path.to_owned(), reason };
     let started = read_fact(fact::STARTED)?;
     Ok(Memory {
         started_unix_ns: started.parse().map_err(|_| content(format!("it began at {started:?}")))?,
         observations: observations.map_err(content)?,
+        instructions: instructions.map_err(content)?,
     })
 }
 
@@ -400,6 +449,24 @@ fn read(
         observations.push(entry?.1.value().to_owned());
     }
     Ok(observations)
+}
+
+/// The instructions as they were written, each with its kind.
+fn read_instructions(database: &Database) -> Result<Vec<(MessageKind, Vec<u8>)>, redb::Error> {
+    let table = match database.begin_read()?.open_table(INSTRUCTIONS) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(Vec::new()),
+        table => table?,
+    };
+    let mut instructions = Vec::new();
+    for (kind, name) in PASSED_ON {
+        instructions.extend(table.get(name)?.map(|bytes| (kind, bytes.value().to_owned())));
+    }
+    Ok(instructions)
+}
+
+fn passed_on(codec: &Codec, instructions: &[(MessageKind, Vec<u8>)]) -> Result<Vec<Message>, String> {
+    let one = |(kind, bytes): &(_, Vec<u8>)| codec.decode(*kind, bytes).map_err(|error| error.to_string());
+    instructions.iter().map(one).collect()
 }
 
 fn decode(codec: &Codec, observations: &[Vec<u8>]) -> Result<Vec<Arc<Observation>>, String> {

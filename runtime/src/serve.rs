@@ -201,9 +201,13 @@ fn resume(
     }
     let clock = Clock::new(real_time_factor);
     let Some(now) = memory.resumed(journal.time(), &clock) else { return Ok((journal, clock)) };
+    for message in &memory.instructions {
+        agent.recall_instructions(now, message);
+    }
     let (robot, count) = (subject.robot, memory.observations.len());
+    let told = if memory.instructions.is_empty() { "" } else { " and what the operator had told it" };
     tracing::info!(
-        "robot {robot} goes on with {count} observations of {}, {:.0} s into the mission",
+        "robot {robot} goes on with {count} observations{told}, from {}, {:.0} s into the mission",
         file.display(),
         now.as_seconds()
     );

@@ -424,6 +424,9 @@ impl Driver<'_> {
         }
         if let Some(journal) = &mut self.journal {
             journal.note(kept);
+            for (_, message) in &published {
+                journal.note_instructions(message);
+            }
             if !published.is_empty() {
                 journal.commit();
                 if journal.waiting() == 0 {

@@ -42,7 +42,8 @@ pub struct Crash {
 /// The stored state of a restarted participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// All of [`dragnet_proto::state_machine::Effects::kept`], as far as its disk was not full.
+    /// All of [`dragnet_proto::state_machine::Effects::kept`] and the instructions that it passed on, as far as its disk was not
+    /// full.
     Kept,
     /// Nothing.
     Lost,

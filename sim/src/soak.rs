@@ -213,7 +213,7 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
         let Participant::Robot(robot) = participant else {
             self.coordinator = (self.new_coordinator)(self.scenario);
             self.fault_counts.coordinator_returned += 1;
-            self.checks.restart(participant, now, &[]);
+            self.checks.restart(participant, now, &[], []);
             return;
         };
         let place = robot.index();
@@ -226,10 +226,14 @@ impl<'a, F: FnMut(&Scenario) -> Box<dyn StateMachine>> CheckedTeam<'a, F> {
             self.fault_counts.returned_without += 1;
             self.disks[place].clear();
         }
-        for observation in self.disks[place].written() {
+        let disk = &self.disks[place];
+        for observation in disk.written() {
             self.robots[place].recall(observation);
         }
-        self.checks.restart(participant, now, self.disks[place].written());
+        for message in disk.instructions() {
+            self.robots[place].recall_instructions(now, message);
+        }
+        self.checks.restart(participant, now, disk.written(), disk.instructions());
     }
 }
 

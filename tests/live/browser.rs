@@ -232,7 +232,10 @@ fn a_frozen_link_is_shown() {
 
 #[test]
 fn fifty_robots_on_a_large_map_are_told_apart() {
-    in_browser(|| play("crowd", Served::start(&["run", "crowd.toml", "--live", "--record", "crowd.mcap"])));
+    in_browser(|| {
+        let command = "run crowd.toml --live --real-time-factor 1 --record crowd.mcap";
+        play("crowd", Served::start(&command.split(' ').collect::<Vec<_>>()));
+    });
 }
 
 #[test]

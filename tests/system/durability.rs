@@ -1,15 +1,20 @@
 //! A robot's published observations survive its death: real processes, killed at any moment, and a full disk.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{self, Child, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_proto::command::Command;
+use dragnet_proto::directive::TeamOrder;
+use dragnet_proto::message::Activity;
+use dragnet_proto::state_machine::Event;
 use dragnet_runtime::journal::{Journal, Subject};
+use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, Origin, RobotId};
-use tokio::sync::watch;
+use tokio::sync::{mpsc, watch};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use crate::field::{DRAGNET, Field, Process};
@@ -98,7 +103,7 @@ async fn robots_that_are_killed_200_times_lose_no_published_observation() {
     <[Process; ROBOTS]>::from(robots).into_iter().for_each(Process::terminate);
     assert_eq!(shared.conflicting, 0, "a name stands for two observations");
     let said = by_name(&shared.observations);
-    let lives: std::collections::BTreeSet<Origin> = said.keys().map(|&(origin, _)| origin).collect();
+    let lives: BTreeSet<Origin> = said.keys().map(|&(origin, _)| origin).collect();
     assert!(lives.len() as u64 >= KILLS + ROBOTS as u64, "only {} lives", lives.len());
     for number in 1..=ROBOTS {
         let journal = read(&field, number, &field.path(&format!("field-robot-{number}.journal")));
@@ -138,7 +143,7 @@ impl SmallDisk {
         command: &str,
         settings: impl FnOnce(&Path) -> PathBuf,
     ) -> Option<Self> {
-        let mut unshare = Command::new("unshare");
+        let mut unshare = process::Command::new("unshare");
         unshare.args(["--user", "--map-root-user", "--mount"]);
         if !unshare.arg("true").status().is_ok_and(|status| status.success()) {
             return None;
@@ -147,7 +152,7 @@ impl SmallDisk {
         std::fs::create_dir(&disk).unwrap();
         std::fs::create_dir(field.path("disk.copy")).unwrap();
         let settings = settings(&disk);
-        let mut shell = Command::new("unshare")
+        let mut shell = process::Command::new("unshare")
             .args(["--user", "--map-root-user", "--mount", "sh", "-ec", SHELL, "sh"])
             .args([&disk, &field.path("log")])
             .args([DRAGNET, command, "--config"])
@@ -255,4 +260,43 @@ async fn a_robot_whose_journal_has_lost_its_first_page_searches_on_with_a_new_on
     };
     tokio::join!(coordinator, mission);
     assert!(!read(&field, 1, &journal).is_empty());
+}
+
+/// The operator's word outlives all processes but for a robot's disk: a robot that nobody tells anything stays paused.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_paused_robot_stays_paused_when_everything_has_been_killed() {
+    let field = Field::new(&endless(1), 1, 8);
+    let (sender, mut knowledge) = watch::channel(Knowledge::default());
+    let (operator, commands) = mpsc::channel(1);
+    let coordinator = witness::coordinate_by(&field, sender, commands);
+    let first = async {
+        let (world, process) = (field.world(), field.robot(1));
+        let does = |wanted| {
+            move |knowledge: &Knowledge| knowledge.did.last().is_some_and(|&(_, did, _)| did == wanted)
+        };
+        learned(&mut knowledge, "a robot that drives", does(Activity::Searching)).await;
+        operator.send((None, Event::Commanded(Command::Team(TeamOrder::Pause)))).await.unwrap();
+        learned(&mut knowledge, "a paused robot", does(Activity::Paused)).await;
+        process.kill();
+        world.kill();
+        drop(knowledge);
+    };
+    tokio::join!(coordinator, first);
+
+    // A coordinator that knows of no order only listens.
+    let (sender, mut knowledge) = watch::channel(Knowledge::default());
+    let coordinator = witness::coordinate(&field, sender);
+    let again = async {
+        let (world, process) = (field.world(), field.robot(1));
+        let since =
+            learned(&mut knowledge, "heartbeats", |knowledge| knowledge.did.len() >= 20).await.clone();
+        world.kill();
+        process.terminate();
+        drop(knowledge);
+        since
+    };
+    let ((), since) = tokio::join!(coordinator, again);
+    assert!(since.did.iter().all(|&(_, did, _)| did == Activity::Paused), "{:?}", since.did);
+    let cells: BTreeSet<Cell> = since.did.iter().map(|&(.., cell)| cell).collect();
+    assert_eq!(cells.len(), 1, "it stands");
 }

@@ -6,15 +6,16 @@ use std::sync::Arc;
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::message::Message;
+use dragnet_proto::message::{Activity, Heartbeat, Message};
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_proto::validation::Rejection;
 use dragnet_runtime::clock::Clock;
 use dragnet_runtime::link::Link;
 use dragnet_runtime::session;
-use dragnet_runtime::wall_clock;
+use dragnet_runtime::wall_clock::{self, Report};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 use tokio::sync::{mpsc, watch};
@@ -34,6 +35,8 @@ pub(crate) struct Knowledge {
     pub(crate) digest: Option<Digest>,
     /// Digest of each robot's evidence, by its last heartbeat.
     pub(crate) believed: BTreeMap<RobotId, Digest>,
+    /// What each heartbeat says that its robot does, and where.
+    pub(crate) did: Vec<(RobotId, Activity, Cell)>,
 }
 
 impl Knowledge {
@@ -57,6 +60,16 @@ impl Knowledge {
 
 /// Coordinates a mission until its state is no longer observed.
 pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge>) {
+    let (_, no_commands) = mpsc::channel(1);
+    coordinate_by(field, knowledge, no_commands).await;
+}
+
+/// The same with the operator's commands.
+pub(crate) async fn coordinate_by(
+    field: &Field,
+    knowledge: watch::Sender<Knowledge>,
+    commands: mpsc::Receiver<Report>,
+) {
     let scenario = field.scenario();
     let session = session::open(&field.endpoints(1)).await.unwrap();
     let codec = Codec::new(scenario.terrain().grid());
@@ -66,9 +79,8 @@ pub(crate) async fn coordinate(field: &Field, knowledge: watch::Sender<Knowledge
     let node = CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), None);
     let unheeded = knowledge.clone();
     let mut witness = Witness { node, knowledge };
-    let (_, no_reports) = mpsc::channel(1);
     let stop = async move { unheeded.closed().await };
-    wall_clock::run(&mut link, &mut witness, scenario.places(), Clock::new(PACE), None, no_reports, stop)
+    wall_clock::run(&mut link, &mut witness, scenario.places(), Clock::new(PACE), None, commands, stop)
         .await
         .unwrap();
 }
@@ -86,7 +98,7 @@ impl StateMachine for Witness {
         event: Event<Message>,
     ) -> Result<Effects<Message>, ParticipantError> {
         let heartbeat = match &event {
-            Event::Received { message: Message::Heartbeat(beat), .. } => Some((beat.robot, beat.digest)),
+            Event::Received { message: Message::Heartbeat(beat), .. } => Some(beat.clone()),
             _ => None,
         };
         let effects = self.node.handle(now, event)?;
@@ -95,7 +107,10 @@ impl StateMachine for Witness {
             let refused = effects.rejected.iter();
             knowledge.conflicting += refused.filter(|refused| refused.why == Rejection::Conflicting).count();
             knowledge.digest = Some(self.node.digest());
-            knowledge.believed.extend(heartbeat);
+            if let Some(Heartbeat { robot, digest, activity, cell, .. }) = heartbeat {
+                knowledge.believed.insert(robot, digest);
+                knowledge.did.push((robot, activity, cell));
+            }
         });
         Ok(effects)
     }

@@ -194,9 +194,9 @@ async function settings(page) {
   await put(page, "field-objects", "1");
   await until("one is somewhere in the area", async () => (await elsewhere.isEnabled()) && (await elsewhere.inputValue()) === "0");
   await put(page, "field-elsewhere", "20");
+  const state = () => page.evaluate(async () => (await fetch("plan/state")).json());
+  await until("a fifth is elsewhere", async () => (await state()).plan.scenario.prior.rest_of_world === 0.2);
   await ready(page);
-  const { prior } = (await page.evaluate(async () => (await fetch("plan/state")).json())).plan.scenario;
-  assert.equal(prior.rest_of_world, 0.2);
   await put(page, "field-elsewhere", "0");
   await ready(page);
   assert.ok(!(await page.locator("#suggested").isChecked()));

@@ -1,6 +1,11 @@
 mod damage;
 
-use dragnet_search::evidence::Reading;
+use dragnet_proto::directive::{Directive, TeamOrder};
+use dragnet_proto::instructions::Instructions;
+use dragnet_proto::message::{Activity, Heartbeat, Intent, ZoneReport};
+use dragnet_proto::zones::{Zone, Zones};
+use dragnet_scenario::participant::Participant;
+use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::observation::Origin;
 
 use super::*;
@@ -41,20 +46,24 @@ impl Shelf {
     }
 }
 
+fn memory_of(started_unix_ns: u64, observations: Vec<Arc<Observation>>) -> Memory {
+    Memory { started_unix_ns, observations, instructions: Vec::new() }
+}
+
 #[test]
 fn committed_observations_are_restored_and_pending_ones_are_not() {
     let shelf = Shelf::new();
     let committed = [(1, 0, 0), (1, 0, 1), (1, 9, 0), (2, 0, 4)]
         .map(|(robot, incarnation, sequence)| shelf.observation(robot, incarnation, sequence));
     let (mut journal, memory) = shelf.open(1, 100).unwrap();
-    assert_eq!(memory, Memory { started_unix_ns: 100, observations: Vec::new() });
+    assert_eq!(memory, memory_of(100, Vec::new()));
     journal.note(committed.iter().rev().cloned().collect());
     journal.commit();
     journal.note(vec![shelf.observation(2, 0, 5)]);
     assert_eq!(journal.waiting(), 1);
     drop(journal);
     let (_, memory) = shelf.open(1, 200).unwrap();
-    assert_eq!(memory, Memory { started_unix_ns: 100, observations: committed.to_vec() });
+    assert_eq!(memory, memory_of(100, committed.to_vec()));
 }
 
 #[test]
@@ -118,6 +127,61 @@ fn a_damaged_journal_is_set_aside_and_a_new_one_begun() {
     assert!(!damaged.is_empty());
     std::fs::write(shelf.path(), &bytes).unwrap();
     let (_, memory) = shelf.open(1, 5).unwrap();
-    assert_eq!(memory, Memory { started_unix_ns: 5, observations: Vec::new() });
+    assert_eq!(memory, memory_of(5, Vec::new()));
     assert_eq!(std::fs::read(shelf.folder.path().join("robot.journal.damaged")).unwrap(), bytes);
+}
+
+#[test]
+fn the_last_instructions_of_each_kind_are_restored_and_written_only_when_they_change() {
+    let shelf = Shelf::new();
+    let from = Participant::Robot(RobotId::FIRST);
+    let zones = |time_ns, zones: &Zones| Message::Zones(ZoneReport { from, time_ns, zones: zones.clone() });
+    let heartbeat = |time_ns, directive: &Directive| {
+        let intent =
+            Intent { robot: RobotId::FIRST, incarnation: 0, decision: 0, time_ns, path: Vec::new().into() };
+        Message::Heartbeat(Heartbeat {
+            robot: RobotId::FIRST,
+            time_ns,
+            activity: Activity::Paused,
+            cell: shelf.terrain.grid().cells().next().unwrap(),
+            path_meters: 1.0,
+            intent,
+            versions: Vec::new().into(),
+            digest: Digest(3),
+            directive: directive.clone(),
+        })
+    };
+    let (mut closed, mut paused) = (Zones::default(), Directive::default());
+    let (mut journal, _) = shelf.open(1, 0).unwrap();
+    closed.give(5, shelf.terrain.grid().cells().next().unwrap(), Zone::NoGo);
+    journal.note_instructions(&zones(6, &closed));
+    journal.note_instructions(&heartbeat(6, &paused));
+    journal.commit();
+    paused.give(7, TeamOrder::Pause);
+    journal.note_instructions(&heartbeat(8, &paused));
+    journal.commit();
+    let size = || std::fs::read(shelf.path()).unwrap();
+    let before = size();
+    for time_ns in 9..30 {
+        journal.note_instructions(&zones(time_ns, &closed));
+        journal.note_instructions(&heartbeat(time_ns, &paused));
+        journal.commit();
+    }
+    assert_eq!(size(), before, "nothing new was said");
+    closed.give(31, shelf.terrain.grid().cells().nth(1).unwrap(), Zone::Skip);
+    journal.note_instructions(&zones(32, &closed));
+    drop(journal);
+    let (_, memory) = shelf.open(1, 0).unwrap();
+    let [directive, closed] = &memory.instructions[..] else { panic!("{:?}", memory.instructions) };
+    assert_eq!(directive.instructions(), Some(Instructions::Directive(&paused)));
+    let Some(Instructions::Zones(closed)) = closed.instructions() else { panic!("{closed:?}") };
+    assert_eq!(closed.iter().count(), 1, "the second one was not committed");
+}
+
+#[test]
+fn a_journal_of_an_earlier_version_has_no_instructions() {
+    let shelf = Shelf::new();
+    drop(shelf.open(1, 0).unwrap());
+    let database = Database::open(shelf.path()).unwrap();
+    assert_eq!(read_instructions(&database).unwrap(), []);
 }

@@ -101,12 +101,21 @@ impl<'a> Checks<'a> {
         self.count
     }
 
-    /// A participant restarts with only these observations.
-    pub(super) fn restart(&mut self, participant: Participant, now: MissionTime, known: &[Arc<Observation>]) {
+    /// A participant restarts with only these observations and instructions.
+    pub(super) fn restart<'m>(
+        &mut self,
+        participant: Participant,
+        now: MissionTime,
+        known: &[Arc<Observation>],
+        instructions: impl IntoIterator<Item = &'m Message>,
+    ) {
         self.shadows.remove(&participant);
         let shadow = self.shadow(participant, now);
         for observation in known {
             shadow.count(observation);
+        }
+        for message in instructions {
+            self.learn(participant, now, message);
         }
     }
 
@@ -126,16 +135,27 @@ impl<'a> Checks<'a> {
 
     /// Records an event before it is handled.
     pub(super) fn before(&mut self, participant: Participant, now: MissionTime, event: &Event<Message>) {
-        let (grid, prior) = (self.scenario.terrain().grid(), self.scenario.prior().shared_prior());
         let shadow = self.shadow(participant, now);
         if matches!(event, Event::Start | Event::Sensed { .. }) {
             shadow.moved = now;
         }
-        if let Event::Received { message: Message::Verdicts(report), .. } = event {
-            shadow.verdicts.merge(now, &report.verdicts, &mut shadow.belief);
+        if let Event::Received { message, .. } = event {
+            self.learn(participant, now, message);
         }
-        if let Event::Received { message: Message::Marks(report), .. } = event {
-            shadow.marks.merge_into(now, &report.marks, grid, &prior, &mut shadow.belief);
+    }
+
+    /// Verdicts and marks in a message count.
+    fn learn(&mut self, participant: Participant, now: MissionTime, message: &Message) {
+        let (grid, prior) = (self.scenario.terrain().grid(), self.scenario.prior().shared_prior());
+        let shadow = self.shadow(participant, now);
+        match message {
+            Message::Verdicts(report) => {
+                shadow.verdicts.merge(now, &report.verdicts, &mut shadow.belief);
+            }
+            Message::Marks(report) => {
+                shadow.marks.merge_into(now, &report.marks, grid, &prior, &mut shadow.belief);
+            }
+            _ => {}
         }
     }
 

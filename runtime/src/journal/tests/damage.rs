@@ -23,7 +23,7 @@ fn check_starts(shelf: &Shelf, bytes: &[u8], what: &str) -> bool {
     let is_set_aside = aside.exists();
     assert_eq!(matches!(prospect, Prospect::SetAside { .. }), is_set_aside, "{what}: {prospect:?}");
     if is_set_aside {
-        assert_eq!(memory, Memory { started_unix_ns: 5, observations: Vec::new() }, "{what}");
+        assert_eq!(memory, memory_of(5, Vec::new()), "{what}");
         assert_eq!(std::fs::read(&aside).unwrap(), bytes, "{what}");
         std::fs::remove_file(&aside).unwrap();
     }
