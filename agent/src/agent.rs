@@ -320,7 +320,8 @@ impl Agent {
                 }
             }
             Event::Released if !self.activity.is_rest() => self.decide(now, &mut effects),
-            Event::Released | Event::Start | Event::Commanded(_) | Event::Doubled(_) => {}
+            Event::Released | Event::Start | Event::Commanded(_) | Event::Doubled(_) | Event::ClockSet(_) => {
+            }
         }
         self.plan_to_think_again(now);
         Effects { wake_at: self.wake_at(), activity: self.activity, ..effects }
@@ -796,7 +797,8 @@ impl Agent {
     }
 
     fn beat(&self, now: MissionTime, effects: &mut Effects<Message>) {
-        let Some(cell) = self.cell else { return };
+        // A robot that has restarted knows what the operator wants before its vehicle says where it is.
+        let Some(cell) = self.cell else { return self.pass_on(now, effects) };
         let heartbeat = Heartbeat {
             robot: self.config.id(),
             time_ns: now.0,

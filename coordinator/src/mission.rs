@@ -5,6 +5,7 @@
 
 mod command;
 mod early;
+mod own;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -32,6 +33,7 @@ use dragnet_search::one_subject::{OneSubject, Standing, SubjectPosterior};
 use dragnet_search::terrain::Terrain;
 
 use self::early::Early;
+use self::own::Own;
 use crate::declaration::Declarations;
 use crate::finds::{Find, finds};
 use crate::liveness::{Liveness, Presence};
@@ -146,6 +148,8 @@ pub struct Mission {
     orders: RobotOrders,
     /// Of these, orders that are older than they should be.
     early: Early,
+    /// Of these, and of the zones, those that this operator has given.
+    own: Own,
     /// The operator's zones.
     zones: Zones,
     /// Prior probability in cells that the operator adds.
@@ -176,6 +180,7 @@ impl Mission {
             directive: Directive::default(),
             orders: RobotOrders::default(),
             early: Early::default(),
+            own: Own::default(),
             zones: Zones::default(),
             added_prior: added_prior(&config.prior, &config.terrain),
             doubled: BTreeSet::new(),
@@ -197,6 +202,7 @@ impl Mission {
                 }
             }
             Event::Commanded(command) => self.command(now, command, &mut outcome),
+            Event::ClockSet(by) => self.set_forward(now, by, &mut outcome),
             Event::Doubled(robots) => {
                 self.doubled = robots;
                 self.report(now, &mut outcome);

@@ -36,11 +36,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_proto::directive::Directive;
 use dragnet_proto::dragnet_msgs as wire;
 use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_ros2::schema::RosMessage;
 use dragnet_ros2::viewer::Viewer;
 use dragnet_scenario::map_file::{Earth, MapOrigin};
+use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
@@ -112,6 +114,8 @@ pub struct Recorder {
     channels: Channels,
     /// Cells and times, nanoseconds, of the objects declared at the last status.
     declared: BTreeSet<(Cell, u64)>,
+    /// The directive of the last status.
+    directive: Directive,
     next_flush: MissionTime,
 }
 
@@ -157,6 +161,7 @@ impl Recorder {
             file,
             channels: Channels::default(),
             declared: BTreeSet::new(),
+            directive: Directive::default(),
             next_flush: MissionTime::START + FLUSH_PERIOD,
         };
         recorder.put_header()?;
@@ -242,7 +247,27 @@ impl Recorder {
             }
             Record::Belief(belief) => self.put_belief(now, belief)?,
         }
+        if self.is_of_operator(record) {
+            return self.flush();
+        }
         self.tick(now)
+    }
+
+    /// Whether a record is a new instruction of the operator, or the status with it: the mission's time may stand still then.
+    fn is_of_operator(&mut self, record: &Record) -> bool {
+        let of_coordinator = |from| from == Participant::Coordinator;
+        match record {
+            Record::Status(status) => {
+                let is_new = self.directive != status.directive;
+                self.directive.clone_from(&status.directive);
+                is_new
+            }
+            Record::Verdicts(report) => of_coordinator(report.from),
+            Record::Orders(report) => of_coordinator(report.from),
+            Record::Zones(report) => of_coordinator(report.from),
+            Record::Marks(report) => of_coordinator(report.from),
+            _ => false,
+        }
     }
 
     /// Flushes the file if the flush period has passed. [`Recorder::record`] does this too; call this function when

@@ -307,13 +307,28 @@ fn order(view: &View, robot: Option<u16>, order: TeamOrder) -> Result<(Command, 
         return to_one(view, robot, order.into(), one);
     }
     let already = if view.orders().is_given_to_all(order) { " already" } else { "" };
-    Ok((Command::Team(order), format!("All robots {all}{already}.")))
+    let away = away(view, |_| true);
+    Ok((Command::Team(order), format!("All robots {all}{already}.{away}")))
+}
+
+/// Which of these robots cannot know an order yet, in a sentence of its own; empty if all can.
+fn away(view: &View, concerns: impl Fn(RobotId) -> bool) -> String {
+    let away = view
+        .robots()
+        .filter(|(robot, .., state)| concerns(*robot) && matches!(state, State::Awaited | State::Lost));
+    let away: Vec<String> = away.map(|(robot, ..)| robot.to_string()).collect();
+    match &away[..] {
+        [] => String::new(),
+        [one] => format!(" Robot {one} is not here: it follows once it is."),
+        all => format!(" Robots {} are not here: they follow once they are.", all.join(", ")),
+    }
 }
 
 fn to_one(view: &View, number: u16, order: RobotOrder, what: &str) -> Result<(Command, String), AskError> {
     let robot = of_team(view, number)?;
     let already = if view.orders().is_given(robot, order) { " already" } else { "" };
-    Ok((Command::Robot(robot, order), format!("Robot {robot} {what}{already}.")))
+    let away = away(view, |concerned| concerned == robot);
+    Ok((Command::Robot(robot, order), format!("Robot {robot} {what}{already}.{away}")))
 }
 
 fn of_team(view: &View, number: u16) -> Result<RobotId, AskError> {

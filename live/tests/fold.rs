@@ -394,7 +394,8 @@ fn an_order_that_is_in_effect_is_answered_as_such() {
     let mut view = View::new(Arc::new(about(&playback)));
     let answer = |view: &View, ask: Ask| ask.command(view).unwrap().1;
     let go = |view: &View| answer(view, Ask::Go { robot: 1, row: 1, column: 3 });
-    assert_eq!(answer(&view, Ask::Resume { robot: None }), "All robots search.", "they may know a pause");
+    let expected = "All robots search. Robots 1, 2 are not here: they follow once they are.";
+    assert_eq!(answer(&view, Ask::Resume { robot: None }), expected, "they may know a pause");
     let mut left = records.iter().peekable();
     let mut take_until = |view: &mut View, seconds: f64| {
         while let Some((time, record)) = left.next_if(|(time, _)| time.as_seconds() < seconds) {

@@ -74,7 +74,7 @@ pub struct ParticipantError {
 
 /// An event of a participant. `M` is a message, or the number by which the simulator refers to one.
 ///
-/// Robots ignore commands and doubled numbers; the coordinator ignores a vehicle's events.
+/// Robots ignore commands, doubled numbers and what is said of their clock; the coordinator ignores a vehicle's events.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event<M> {
     /// The mission starts.
@@ -109,6 +109,9 @@ pub enum Event<M> {
     MustReturn(bool),
     /// The robots whose number is now used by several processes.
     Doubled(BTreeSet<RobotId>),
+    /// The participant's clock was set forward by this, because another has counted longer: what it dated before happened
+    /// later than it says.
+    ClockSet(Duration),
 }
 
 impl<M> Event<M> {
@@ -129,6 +132,7 @@ impl<M> Event<M> {
             Self::Released => Event::Released,
             Self::MustReturn(must) => Event::MustReturn(must),
             Self::Doubled(robots) => Event::Doubled(robots),
+            Self::ClockSet(by) => Event::ClockSet(by),
         })
     }
 }

@@ -99,6 +99,7 @@ pub async fn run(
         teller: Teller::default(),
         doubles: Doubles::default(),
         pace: Pace::default(),
+        set_forward: Duration::ZERO,
         doubled: BTreeSet::new(),
         contender: Contender::new(link.claim()),
         progress: Progress::new(expected),
@@ -130,6 +131,7 @@ pub async fn run(
                 {
                     let adjustment = clock.receive(time);
                     driver.log_time(&clock, *from, adjustment);
+                    driver.set_forward(link, &clock, adjustment.by).await?;
                 }
                 driver.receive(link, clock.now(), received).await?;
             }
@@ -194,6 +196,8 @@ struct Driver<'a> {
     teller: Teller,
     doubles: Doubles,
     pace: Pace,
+    /// By how much the clock was set forward since the state machine was last told.
+    set_forward: Duration,
     /// Robots with several processes, as the state machine knows them.
     doubled: BTreeSet<RobotId>,
     /// Whether it stops and publishes nothing, because another process of its number goes on.
@@ -245,6 +249,16 @@ impl Driver<'_> {
             );
             self.teller.warn(Kind::Disbelief, sender, text);
         }
+    }
+
+    /// The clock was set forward: what was dated by it is too, once that is more than messages take.
+    async fn set_forward(&mut self, link: &Link, clock: &Clock, by: Duration) -> Result<(), RuntimeError> {
+        self.set_forward += by;
+        if self.set_forward < LEAST.mul_f64(clock.real_time_factor().max(1.0)) {
+            return Ok(());
+        }
+        let by = std::mem::take(&mut self.set_forward);
+        self.handle(link, clock.now(), Event::ClockSet(by)).await
     }
 
     async fn receive(

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::time::Duration;
 
 use dragnet_proto::command::Command;
 use dragnet_proto::directive::Directive;
@@ -15,6 +16,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
+use super::own::Redated;
 use super::{Mission, Outcome, Record};
 
 impl Mission {
@@ -52,11 +54,12 @@ impl Mission {
             Command::Robot(robot, order) => return self.order(now, robot, order, outcome),
             Command::Zone(zone, cells) => return self.zone(now, zone, &cells, outcome),
             Command::Team(order) => {
-                // An order that all robots have already is not given again.
+                // An order that all robots have already is not given again. One that is away may have another, newer one.
                 let is_in_effect = directive.order == order && self.orders.newest() <= directive.number;
-                if !is_in_effect || !self.early.is_known_to_all(order) {
+                if !is_in_effect || !self.early.is_known_to_all(order) || !self.is_team_here() {
                     self.early.gave_all(order);
                     directive.give(now.0.max(self.orders.newest().saturating_add(1)), order);
+                    self.own.gave_all(&directive);
                 }
             }
             Command::Search(cells) => {
@@ -76,27 +79,47 @@ impl Mission {
         let added = self.directive.added.iter().copied();
         let new = self.replica.knowledge_mut().search_also(terrain, added, self.added_prior);
         self.declarations.review(now, self.replica.knowledge().belief(), new);
-        if self.early.redate(&mut self.directive, &mut self.orders) {
+        if self.early.redate(&mut self.directive, &mut self.orders, &mut self.own) {
             outcome.records.push(Record::Orders(self.order_report(now)));
         }
         self.report(now, outcome);
     }
 
+    fn is_team_here(&self) -> bool {
+        let alive: BTreeSet<RobotId> = self.alive().collect();
+        self.config.robots.iter().all(|robot| alive.contains(robot))
+    }
+
+    /// The clock was set forward: so are the dates of this operator's orders and zones.
+    pub(super) fn set_forward(&mut self, now: MissionTime, by: Duration, outcome: &mut Outcome) {
+        let redated = self.own.set_forward(by, &mut self.directive, &mut self.orders, &mut self.zones);
+        if redated.to_robots {
+            outcome.records.push(Record::Orders(self.order_report(now)));
+        }
+        if redated.zones {
+            outcome.records.push(Record::Zones(self.zone_report(now)));
+        }
+        if redated != Redated::default() {
+            self.report(now, outcome);
+        }
+    }
+
     fn order(&mut self, now: MissionTime, robot: RobotId, order: RobotOrder, outcome: &mut Outcome) {
         let is_in_effect = self.orders.current(robot, &self.directive) == order;
-        if is_in_effect && self.early.is_known(robot, order) {
+        if is_in_effect && self.early.is_known(robot, order) && self.alive().any(|alive| alive == robot) {
             return;
         }
         self.early.gave(robot, order);
         let mut orders = self.orders.clone();
         orders.order(now.0, robot, order, &self.directive);
+        self.own.gave(robot, &orders);
         self.learn_orders(now, &orders, outcome);
     }
 
     /// Merges orders to single robots, from here or from a robot; if any is news, all are recorded and published to all.
     pub(super) fn learn_orders(&mut self, now: MissionTime, orders: &RobotOrders, outcome: &mut Outcome) {
         if self.orders.merge(now, orders) {
-            self.early.redate(&mut self.directive, &mut self.orders);
+            self.early.redate(&mut self.directive, &mut self.orders, &mut self.own);
             outcome.records.push(Record::Orders(self.order_report(now)));
             self.report(now, outcome);
         }
@@ -118,6 +141,7 @@ impl Mission {
             if zones.of(cell).unwrap_or(Zone::Open) != zone {
                 self.early.gave_zone(cell, zone);
                 zones.give(now.0, cell, zone);
+                self.own.gave_zone(cell, &zones);
             }
         }
         self.learn_zones(now, &zones, outcome);
@@ -126,7 +150,7 @@ impl Mission {
     /// Merges zones, from here or from a robot; if any is news, all are recorded and published to all.
     pub(super) fn learn_zones(&mut self, now: MissionTime, zones: &Zones, outcome: &mut Outcome) {
         if self.zones.merge(now, zones) {
-            self.early.rezone(&mut self.zones);
+            self.early.rezone(&mut self.zones, &mut self.own);
             outcome.records.push(Record::Zones(self.zone_report(now)));
             self.report(now, outcome);
         }

@@ -13,6 +13,8 @@ use dragnet_proto::zones::{Zone, Zones};
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
+use super::own::Own;
+
 /// The operator's orders of this process that may have to be dated anew: each as long as it is the last for its target.
 #[derive(Debug, Default)]
 pub(super) struct Early {
@@ -69,16 +71,17 @@ impl Early {
     }
 
     /// Makes early zones newer than different ones that were merged.
-    pub(super) fn rezone(&self, zones: &mut Zones) {
+    pub(super) fn rezone(&self, zones: &mut Zones, own: &mut Own) {
         for (&cell, &zone) in &self.zones {
             if zones.of(cell) != Some(zone) {
                 zones.give(0, cell, zone);
+                own.gave_zone(cell, zones);
             }
         }
     }
 
     /// Makes early orders newer than different ones that were merged; returns whether one to a single robot was.
-    pub(super) fn redate(&self, directive: &mut Directive, orders: &mut RobotOrders) -> bool {
+    pub(super) fn redate(&self, directive: &mut Directive, orders: &mut RobotOrders, own: &mut Own) -> bool {
         if let Some(order) = self.to_all {
             let rivals = orders.iter().filter(|(robot, rival)| {
                 rival.value != order.into()
@@ -88,6 +91,7 @@ impl Early {
             let newest = rivals.map(|(_, rival)| rival.number).max();
             if newest.is_some() || directive.order != order {
                 directive.give(newest.unwrap_or(0).saturating_add(1), order);
+                own.gave_all(directive);
             }
         }
         let mut is_redated = false;
@@ -95,6 +99,7 @@ impl Early {
             if orders.current(robot, directive) != order {
                 // One more than what was newer: what the operator has ordered since is dated by the clock.
                 orders.order(0, robot, order, directive);
+                own.gave(robot, orders);
                 is_redated = true;
             }
         }

@@ -334,9 +334,14 @@ fn a_pause_is_published_at_once_and_the_newest_order_counts() {
     let mut mission = mission();
     let reported = command(&mut mission, at(3), Command::Team(TeamOrder::Pause));
     assert_eq!(statuses(&reported)[0].directive.order, TeamOrder::Pause);
+    let again = command(&mut mission, at(4), Command::Team(TeamOrder::Pause));
+    assert_eq!(statuses(&again)[0].directive.number, at(4).0, "robots that are away may know a newer order");
+    for robot in [ONE, TWO] {
+        receive(&mut mission, at(4), robot, heartbeat(robot, at(4), vec![]));
+    }
     assert!(
-        is_nothing(&command(&mut mission, at(4), Command::Team(TeamOrder::Pause))),
-        "it is paused already"
+        is_nothing(&command(&mut mission, at(5), Command::Team(TeamOrder::Pause))),
+        "all are paused already"
     );
     let resumed = command(&mut mission, at(5), Command::Team(TeamOrder::Search));
     assert_eq!(statuses(&resumed)[0].directive.order, TeamOrder::Search);
@@ -498,7 +503,6 @@ fn an_order_that_was_given_before_any_robot_was_heard_is_later_than_what_robots_
 fn only_the_last_order_before_any_robot_was_heard_is_dated_anew() {
     let mut mission = mission();
     command(&mut mission, at(3), Command::Team(TeamOrder::Pause));
-    assert!(is_nothing(&command(&mut mission, at(4), Command::Team(TeamOrder::Pause))));
     told(&mut mission, at(200), (100, TeamOrder::Search), &[]);
     assert_eq!(current(&mission), [RobotOrder::Pause; 2]);
     // Another robot that was cut off, which knows a newer one.
@@ -512,6 +516,31 @@ fn only_the_last_order_before_any_robot_was_heard_is_dated_anew() {
     command(&mut mission, at(220), Command::Team(TeamOrder::Search));
     told(&mut mission, at(240), (230, TeamOrder::Pause), &[]);
     assert_eq!(current(&mission), [RobotOrder::Pause; 2]);
+}
+
+/// Robots that were away bring orders of before, dated by a clock that has counted longer.
+#[test]
+fn orders_that_were_dated_by_a_clock_that_was_behind_go_forward_with_it() {
+    let mut mission = mission();
+    let zone = |mission: &Mission, cell| mission.zones().numbered(cell).map(|it| (it.number, it.value));
+    told(&mut mission, at(1), (0, TeamOrder::Search), &[(ONE, 0, RobotOrder::Search)]);
+    command(&mut mission, at(5), Command::Team(TeamOrder::Pause));
+    command(&mut mission, at(6), Command::Robot(TWO, RobotOrder::Return));
+    command(&mut mission, at(7), Command::Zone(Zone::NoGo, vec![cell(4)]));
+    let outcome = mission.react(at(760), Event::ClockSet(Duration::from_secs(750)));
+    assert_eq!(mission.directive().number, at(755).0);
+    assert_eq!(statuses(&outcome)[0].directive, *mission.directive(), "it is published and recorded");
+    let recorded = |of: fn(&Record) -> bool| outcome.records.iter().any(of);
+    assert!(recorded(|it| matches!(it, Record::Orders(_))) && recorded(|it| matches!(it, Record::Zones(_))));
+    told(&mut mission, at(761), (119, TeamOrder::Search), &[(TWO, 120, RobotOrder::Search)]);
+    assert_eq!(current(&mission), [RobotOrder::Pause, RobotOrder::Return]);
+    assert_eq!(mission.orders().newest(), at(756).0);
+    assert_eq!(zone(&mission, cell(4)), Some((at(757).0, Zone::NoGo)));
+    // What another operator has ordered since stays as it is dated.
+    told(&mut mission, at(762), (761, TeamOrder::Return), &[]);
+    mission.react(at(860), Event::ClockSet(Duration::from_secs(90)));
+    assert_eq!((mission.directive().number, mission.orders().newest()), (at(761).0, at(846).0));
+    assert!(is_nothing(&self::mission().react(at(9), Event::ClockSet(Duration::from_secs(9)))));
 }
 
 fn clue(number: u32) -> Command {

@@ -58,7 +58,8 @@ impl TryFrom<&Step> for wire::Step {
                 | Event::Halted
                 | Event::Released
                 | Event::MustReturn(_)
-                | Event::Doubled(_),
+                | Event::Doubled(_)
+                | Event::ClockSet(_),
             ) => return Err(NotSimulated),
             StepEvent::Report => Self { kind: REPORT, ..empty },
             StepEvent::Finish => Self { kind: FINISH, ..empty },
