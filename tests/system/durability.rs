@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use dragnet_proto::command::Command;
 use dragnet_proto::directive::TeamOrder;
-use dragnet_proto::message::Activity;
+use dragnet_proto::message::{Activity, Message};
 use dragnet_proto::state_machine::Event;
 use dragnet_runtime::journal::{Journal, Subject};
 use dragnet_search::cell::Cell;
@@ -262,6 +262,13 @@ async fn a_robot_whose_journal_has_lost_its_first_page_searches_on_with_a_new_on
     assert!(!read(&field, 1, &journal).is_empty());
 }
 
+/// Whether the robot that was heard last does this.
+fn does(wanted: Activity) -> impl Fn(&Knowledge) -> bool {
+    move |knowledge| knowledge.beats.last().is_some_and(|beat| beat.activity == wanted)
+}
+
+const PAUSE: Event<Message> = Event::Commanded(Command::Team(TeamOrder::Pause));
+
 /// The operator's word outlives all processes but for a robot's disk: a robot that nobody tells anything stays paused.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_paused_robot_stays_paused_when_everything_has_been_killed() {
@@ -271,11 +278,8 @@ async fn a_paused_robot_stays_paused_when_everything_has_been_killed() {
     let coordinator = witness::coordinate_by(&field, sender, commands);
     let first = async {
         let (world, process) = (field.world(), field.robot(1));
-        let does = |wanted| {
-            move |knowledge: &Knowledge| knowledge.did.last().is_some_and(|&(_, did, _)| did == wanted)
-        };
         learned(&mut knowledge, "a robot that drives", does(Activity::Searching)).await;
-        operator.send((None, Event::Commanded(Command::Team(TeamOrder::Pause)))).await.unwrap();
+        operator.send((None, PAUSE)).await.unwrap();
         learned(&mut knowledge, "a paused robot", does(Activity::Paused)).await;
         process.kill();
         world.kill();
@@ -289,14 +293,49 @@ async fn a_paused_robot_stays_paused_when_everything_has_been_killed() {
     let again = async {
         let (world, process) = (field.world(), field.robot(1));
         let since =
-            learned(&mut knowledge, "heartbeats", |knowledge| knowledge.did.len() >= 20).await.clone();
+            learned(&mut knowledge, "heartbeats", |knowledge| knowledge.beats.len() >= 20).await.clone();
         world.kill();
         process.terminate();
         drop(knowledge);
         since
     };
     let ((), since) = tokio::join!(coordinator, again);
-    assert!(since.did.iter().all(|&(_, did, _)| did == Activity::Paused), "{:?}", since.did);
-    let cells: BTreeSet<Cell> = since.did.iter().map(|&(.., cell)| cell).collect();
+    assert!(since.beats.iter().all(|beat| beat.activity == Activity::Paused), "{:?}", since.beats);
+    let cells: BTreeSet<Cell> = since.beats.iter().map(|beat| beat.cell).collect();
     assert_eq!(cells.len(), 1, "it stands");
+}
+
+/// It would lose against older orders of robots that come later.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_order_of_a_coordinator_that_has_just_started_is_dated_by_the_missions_time() {
+    let field = Field::new(&endless(1), 1, 9);
+    let (sender, mut knowledge) = watch::channel(Knowledge::default());
+    let coordinator = witness::coordinate(&field, sender);
+    let first = async {
+        let (world, process) = (field.world(), field.robot(1));
+        let begun =
+            learned(&mut knowledge, "heartbeats", |knowledge| knowledge.beats.len() >= 20).await.clone();
+        process.kill();
+        world.kill();
+        drop(knowledge);
+        begun.beats[19].time_ns
+    };
+    let ((), begun_ns) = tokio::join!(coordinator, first);
+
+    let (sender, mut knowledge) = watch::channel(Knowledge::default());
+    let (operator, commands) = mpsc::channel(1);
+    operator.send((None, PAUSE)).await.unwrap();
+    let coordinator = witness::coordinate_by(&field, sender, commands);
+    let again = async {
+        let (world, process) = (field.world(), field.robot(1));
+        let is_dated = |knowledge: &Knowledge| {
+            does(Activity::Paused)(knowledge)
+                && knowledge.beats.last().is_some_and(|beat| beat.directive.number > begun_ns)
+        };
+        learned(&mut knowledge, "a pause of now", is_dated).await;
+        world.kill();
+        process.terminate();
+        drop(knowledge);
+    };
+    tokio::join!(coordinator, again);
 }

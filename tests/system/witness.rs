@@ -6,7 +6,7 @@ use std::sync::Arc;
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_proto::convert::Codec;
-use dragnet_proto::message::{Activity, Heartbeat, Message};
+use dragnet_proto::message::{Heartbeat, Message};
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_proto::validation::Rejection;
 use dragnet_runtime::clock::Clock;
@@ -15,7 +15,6 @@ use dragnet_runtime::session;
 use dragnet_runtime::wall_clock::{self, Report};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
 use dragnet_search::observation::{Observation, Origin, RobotId, Source};
 use tokio::sync::{mpsc, watch};
@@ -35,8 +34,8 @@ pub(crate) struct Knowledge {
     pub(crate) digest: Option<Digest>,
     /// Digest of each robot's evidence, by its last heartbeat.
     pub(crate) believed: BTreeMap<RobotId, Digest>,
-    /// What each heartbeat says that its robot does, and where.
-    pub(crate) did: Vec<(RobotId, Activity, Cell)>,
+    /// All heartbeats, in order of arrival.
+    pub(crate) beats: Vec<Heartbeat>,
 }
 
 impl Knowledge {
@@ -107,9 +106,9 @@ impl StateMachine for Witness {
             let refused = effects.rejected.iter();
             knowledge.conflicting += refused.filter(|refused| refused.why == Rejection::Conflicting).count();
             knowledge.digest = Some(self.node.digest());
-            if let Some(Heartbeat { robot, digest, activity, cell, .. }) = heartbeat {
-                knowledge.believed.insert(robot, digest);
-                knowledge.did.push((robot, activity, cell));
+            if let Some(heartbeat) = heartbeat {
+                knowledge.believed.insert(heartbeat.robot, heartbeat.digest);
+                knowledge.beats.push(heartbeat);
             }
         });
         Ok(effects)
