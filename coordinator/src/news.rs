@@ -9,6 +9,7 @@ use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
 use dragnet_proto::zones::{Zone, Zones};
+use dragnet_scenario::Places;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
@@ -45,6 +46,15 @@ pub fn to_all(before: (u64, TeamOrder), directive: &Directive, shown: MissionTim
     let (number, order) = directive.numbered_order();
     let is_known = before.0 > 0 && before.1 == order;
     (before != (number, order)).then(|| Given::at(number, shown).or_anew(is_known))
+}
+
+/// Cells that a directive adds to the search area and that were not told before, in words; none if there are none. When those
+/// were added that robots knew of is not known.
+#[must_use]
+pub fn added(told: &mut BTreeSet<Cell>, directive: &Directive, places: &Places) -> Option<String> {
+    let new: BTreeSet<Cell> = directive.added.difference(told).copied().collect();
+    told.extend(&new);
+    (!new.is_empty()).then(|| format!("added to the search by the operator: {}", places.some(&new)))
 }
 
 /// Orders to single robots that are news in a report that the coordinator shows at a time.
@@ -101,8 +111,25 @@ pub fn verdicts(
 
 #[cfg(test)]
 mod tests {
+    use dragnet_search::terrain::Terrain;
+
     use super::TeamOrder::{Pause, Search};
     use super::*;
+
+    #[test]
+    fn cells_that_are_added_are_told_once() {
+        let terrain = Terrain::from_ascii("....", 5.0).unwrap();
+        let (places, mut told) = (Places::new(&terrain, None), BTreeSet::new());
+        let mut tell = |numbers: &[u32]| {
+            let cell = |&number: &u32| terrain.grid().cell_numbered(number).unwrap();
+            let directive = Directive { added: numbers.iter().map(cell).collect(), ..Directive::default() };
+            added(&mut told, &directive, &places)
+        };
+        assert_eq!(tell(&[]), None);
+        assert_eq!(tell(&[1]).unwrap(), "added to the search by the operator: cell [0, 1]");
+        assert_eq!(tell(&[1, 2, 3]).unwrap(), "added to the search by the operator: 2 cells around [0, 2]");
+        assert_eq!(tell(&[1, 2, 3]), None);
+    }
 
     #[test]
     fn a_number_before_the_time_at_which_it_is_shown_was_given_before() {

@@ -37,6 +37,8 @@ pub(crate) struct Narrator {
     verdicts: Verdicts,
     /// The operator's order to all robots that the coordinator has published, with its number.
     order: (u64, TeamOrder),
+    /// Cells that the operator has added to the search area, as the coordinator has published them.
+    added: BTreeSet<Cell>,
     /// The operator's orders to single robots that the coordinator has published.
     orders: RobotOrders,
     /// The operator's zones that the coordinator has published.
@@ -57,6 +59,7 @@ impl Narrator {
             found: BTreeSet::new(),
             verdicts: Verdicts::default(),
             order: (0, TeamOrder::Search),
+            added: BTreeSet::new(),
             orders: RobotOrders::default(),
             zones: Zones::default(),
             marks: Marks::default(),
@@ -137,6 +140,7 @@ impl Narrator {
         });
         for status in statuses {
             lines.extend(self.orders_all(MissionTime(status.time_ns), &status.directive));
+            lines.extend(news::added(&mut self.added, &status.directive, &self.places));
             lines.extend(self.declares(status));
         }
         for (_, message) in &effects.published {

@@ -83,6 +83,8 @@ struct Teller {
     alive: BTreeSet<RobotId>,
     /// The order to all robots, with its number.
     order: (u64, TeamOrder),
+    /// Cells that the operator has added to the search area.
+    added: BTreeSet<Cell>,
     verdicts: Verdicts,
     orders: RobotOrders,
     zones: Zones,
@@ -101,6 +103,7 @@ impl Teller {
             declared: BTreeSet::new(),
             alive: BTreeSet::new(),
             order: (0, TeamOrder::Search),
+            added: BTreeSet::new(),
             verdicts: Verdicts::default(),
             orders: RobotOrders::default(),
             zones: Zones::default(),
@@ -198,6 +201,7 @@ impl Teller {
 
     fn stand(&mut self, status: &MissionStatus) -> Vec<String> {
         let mut lines: Vec<String> = self.direct_all(status).into_iter().collect();
+        lines.extend(news::added(&mut self.added, &status.directive, &self.places));
         let alive: BTreeSet<RobotId> = status.alive.iter().copied().collect();
         lines.extend(self.alive.difference(&alive).map(|robot| format!("robot {robot}  is lost")));
         self.alive = alive;

@@ -1,8 +1,8 @@
 //! Orders and zones of this operator, and when they were given.
 //!
-//! A coordinator that has restarted, or whose robots began without their journals, counts the mission's time from anew, until it
-//! hears somebody who has counted longer. What the operator ordered before that would be older than what robots bring that
-//! were away. So its date goes forward with the clock.
+//! A coordinator that has restarted, or whose robots have begun without their journals, counts the mission's time anew until
+//! it receives a longer one. What the operator ordered before would then be older than what other robots bring that were
+//! away. So its date goes forward with the clock.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use dragnet_proto::zones::Zones;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
-/// The numbers of orders and zones of this process: those of others, which have replaced them or not, stay as they are.
+/// The numbers of the orders and zones that were given in this process: those of others keep their dates.
 #[derive(Debug, Default)]
 pub(super) struct Own {
     to_all: Option<u64>,
