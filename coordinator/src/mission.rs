@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::directive::{Directive, added_prior};
+use dragnet_proto::instructions::passed_on;
 use dragnet_proto::knowledge::Knowledge;
 use dragnet_proto::message::{
     Audience, Detection, Heartbeat, Intent, MarkReport, Message, MissionStatus, OrderReport, VerdictReport,
@@ -434,19 +435,9 @@ impl Mission {
         let status = self.status(now);
         outcome.records.push(Record::Status(status.clone()));
         outcome.effects.published.push((Audience::All, Message::MissionStatus(status)));
-        let report = self.verdict_report(now);
-        if !report.verdicts.is_empty() {
-            outcome.effects.published.push((Audience::All, Message::Verdicts(report)));
-        }
-        if !self.orders.is_empty() {
-            outcome.effects.published.push((Audience::All, Message::Orders(self.order_report(now))));
-        }
-        if !self.zones.is_empty() {
-            outcome.effects.published.push((Audience::All, Message::Zones(self.zone_report(now))));
-        }
-        if !self.marks().is_empty() {
-            outcome.effects.published.push((Audience::All, Message::Marks(self.mark_report(now))));
-        }
+        let (told, marked) = ((self.verdicts(), &self.orders), (&self.zones, self.marks()));
+        let messages = passed_on(Participant::Coordinator, now, told, marked);
+        outcome.effects.published.extend(messages.map(|message| (Audience::All, message)));
     }
 
     fn snapshot(&mut self, now: MissionTime, outcome: &mut Outcome) {

@@ -38,7 +38,7 @@ use std::time::Duration;
 
 use dragnet_proto::directive::Directive;
 use dragnet_proto::dragnet_msgs as wire;
-use dragnet_proto::message::{Detection, MissionStatus};
+use dragnet_proto::message::{Detection, MarkReport, MissionStatus, OrderReport, VerdictReport, ZoneReport};
 use dragnet_ros2::schema::RosMessage;
 use dragnet_ros2::viewer::Viewer;
 use dragnet_scenario::map_file::{Earth, MapOrigin};
@@ -255,17 +255,16 @@ impl Recorder {
 
     /// Whether a record is a new instruction of the operator, or the status with it: the mission's time may stand still then.
     fn is_of_operator(&mut self, record: &Record) -> bool {
-        let of_coordinator = |from| from == Participant::Coordinator;
         match record {
             Record::Status(status) => {
                 let is_new = self.directive != status.directive;
                 self.directive.clone_from(&status.directive);
                 is_new
             }
-            Record::Verdicts(report) => of_coordinator(report.from),
-            Record::Orders(report) => of_coordinator(report.from),
-            Record::Zones(report) => of_coordinator(report.from),
-            Record::Marks(report) => of_coordinator(report.from),
+            Record::Verdicts(VerdictReport { from, .. })
+            | Record::Orders(OrderReport { from, .. })
+            | Record::Zones(ZoneReport { from, .. })
+            | Record::Marks(MarkReport { from, .. }) => *from == Participant::Coordinator,
             _ => false,
         }
     }

@@ -1,8 +1,11 @@
 //! What the operator has told the team, as the messages of all participants pass it on.
 
+use dragnet_scenario::participant::Participant;
+use dragnet_scenario::time::MissionTime;
+
 use crate::directive::Directive;
 use crate::marks::Marks;
-use crate::message::{Heartbeat, Message, MissionStatus};
+use crate::message::{Heartbeat, MarkReport, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport};
 use crate::orders::RobotOrders;
 use crate::verdict::Verdicts;
 use crate::zones::Zones;
@@ -21,6 +24,26 @@ pub enum Instructions<'a> {
     Zones(&'a Zones),
     /// What was found or searched by others.
     Marks(&'a Marks),
+}
+
+/// The messages in which a participant passes on the instructions that it knows, without those of which there are none. The
+/// directive is in heartbeats and statuses.
+pub fn passed_on(
+    from: Participant,
+    now: MissionTime,
+    (verdicts, orders): (&Verdicts, &RobotOrders),
+    (zones, marks): (&Zones, &Marks),
+) -> impl Iterator<Item = Message> + use<> {
+    let time_ns = now.0;
+    let verdicts = (!verdicts.is_empty())
+        .then(|| Message::Verdicts(VerdictReport { from, time_ns, verdicts: verdicts.clone() }));
+    let orders =
+        (!orders.is_empty()).then(|| Message::Orders(OrderReport { from, time_ns, orders: orders.clone() }));
+    let zones =
+        (!zones.is_empty()).then(|| Message::Zones(ZoneReport { from, time_ns, zones: zones.clone() }));
+    let marks =
+        (!marks.is_empty()).then(|| Message::Marks(MarkReport { from, time_ns, marks: marks.clone() }));
+    [verdicts, orders, zones, marks].into_iter().flatten()
 }
 
 impl Message {

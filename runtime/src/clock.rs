@@ -125,7 +125,13 @@ impl Clock {
         // The two differ only by adjustments.
         let expected = noted.mission.now(self.local());
         let off = self.now().since(expected).max(expected.since(self.now()));
-        off >= Duration::from_secs(1).mul_f64(self.real_time_factor.max(1.0))
+        off >= self.least_adjustment()
+    }
+
+    /// Mission time by which the clock is set at least when it was wrong: messages take less.
+    #[must_use]
+    pub fn least_adjustment(&self) -> Duration {
+        Duration::from_secs(1).mul_f64(self.real_time_factor.max(1.0))
     }
 }
 

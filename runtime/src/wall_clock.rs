@@ -254,7 +254,7 @@ impl Driver<'_> {
     /// The clock was set forward: what was dated by it is too, once that is more than messages take.
     async fn set_forward(&mut self, link: &Link, clock: &Clock, by: Duration) -> Result<(), RuntimeError> {
         self.set_forward += by;
-        if self.set_forward < LEAST.mul_f64(clock.real_time_factor().max(1.0)) {
+        if self.set_forward < clock.least_adjustment() {
             return Ok(());
         }
         let by = std::mem::take(&mut self.set_forward);

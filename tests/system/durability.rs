@@ -267,6 +267,22 @@ fn does(wanted: Activity) -> impl Fn(&Knowledge) -> bool {
     move |knowledge| knowledge.beats.last().is_some_and(|beat| beat.activity == wanted)
 }
 
+/// What a coordinator hears that knows of no order: twenty heartbeats of the robot, which then ends.
+async fn overheard(field: &Field, end: fn(Process)) -> Knowledge {
+    let (sender, mut knowledge) = watch::channel(Knowledge::default());
+    let coordinator = witness::coordinate(field, sender);
+    let mission = async {
+        let (world, process) = (field.world(), field.robot(1));
+        let is_enough = |knowledge: &Knowledge| knowledge.beats.len() >= 20;
+        let heard = learned(&mut knowledge, "heartbeats", is_enough).await.clone();
+        world.kill();
+        end(process);
+        drop(knowledge);
+        heard
+    };
+    tokio::join!(coordinator, mission).1
+}
+
 const PAUSE: Event<Message> = Event::Commanded(Command::Team(TeamOrder::Pause));
 
 /// The operator's word outlives all processes but for a robot's disk: a robot that nobody tells anything stays paused.
@@ -287,19 +303,7 @@ async fn a_paused_robot_stays_paused_when_everything_has_been_killed() {
     };
     tokio::join!(coordinator, first);
 
-    // A coordinator that knows of no order only listens.
-    let (sender, mut knowledge) = watch::channel(Knowledge::default());
-    let coordinator = witness::coordinate(&field, sender);
-    let again = async {
-        let (world, process) = (field.world(), field.robot(1));
-        let since =
-            learned(&mut knowledge, "heartbeats", |knowledge| knowledge.beats.len() >= 20).await.clone();
-        world.kill();
-        process.terminate();
-        drop(knowledge);
-        since
-    };
-    let ((), since) = tokio::join!(coordinator, again);
+    let since = overheard(&field, Process::terminate).await;
     assert!(since.beats.iter().all(|beat| beat.activity == Activity::Paused), "{:?}", since.beats);
     let cells: BTreeSet<Cell> = since.beats.iter().map(|beat| beat.cell).collect();
     assert_eq!(cells.len(), 1, "it stands");
@@ -309,18 +313,7 @@ async fn a_paused_robot_stays_paused_when_everything_has_been_killed() {
 #[tokio::test(flavor = "multi_thread")]
 async fn an_order_of_a_coordinator_that_has_just_started_is_dated_by_the_missions_time() {
     let field = Field::new(&endless(1), 1, 9);
-    let (sender, mut knowledge) = watch::channel(Knowledge::default());
-    let coordinator = witness::coordinate(&field, sender);
-    let first = async {
-        let (world, process) = (field.world(), field.robot(1));
-        let begun =
-            learned(&mut knowledge, "heartbeats", |knowledge| knowledge.beats.len() >= 20).await.clone();
-        process.kill();
-        world.kill();
-        drop(knowledge);
-        begun.beats[19].time_ns
-    };
-    let ((), begun_ns) = tokio::join!(coordinator, first);
+    let begun_ns = overheard(&field, Process::kill).await.beats[19].time_ns;
 
     let (sender, mut knowledge) = watch::channel(Knowledge::default());
     let (operator, commands) = mpsc::channel(1);

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use dragnet_proto::directive::Directive;
-use dragnet_proto::message::{
-    Activity, Audience, Heartbeat, MarkReport, Message, MissionStatus, OrderReport, VerdictReport, ZoneReport,
-};
+use dragnet_proto::instructions::passed_on;
+use dragnet_proto::message::{Activity, Audience, Heartbeat, Message, MissionStatus};
 use dragnet_proto::orders::RobotOrder;
 use dragnet_proto::replica::Received;
 use dragnet_proto::state_machine::Effects;
@@ -63,22 +62,10 @@ impl Agent {
 
     /// Tells all others the instructions that it knows, but for the directive, which its heartbeat tells.
     pub(super) fn pass_on(&self, now: MissionTime, effects: &mut Effects<Message>) {
-        let (from, time_ns) = (Participant::Robot(self.config.id()), now.0);
-        let mut tell = |message| effects.published.push((Audience::All, message));
-        let knowledge = self.replica.knowledge();
-        if !knowledge.verdicts().is_empty() {
-            let verdicts = knowledge.verdicts().clone();
-            tell(Message::Verdicts(VerdictReport { from, time_ns, verdicts }));
-        }
-        if !self.orders.is_empty() {
-            tell(Message::Orders(OrderReport { from, time_ns, orders: self.orders.clone() }));
-        }
-        if !self.zones.is_empty() {
-            tell(Message::Zones(ZoneReport { from, time_ns, zones: self.zones.clone() }));
-        }
-        if !knowledge.marks().is_empty() {
-            tell(Message::Marks(MarkReport { from, time_ns, marks: knowledge.marks().clone() }));
-        }
+        let (from, knowledge) = (Participant::Robot(self.config.id()), self.replica.knowledge());
+        let told = (knowledge.verdicts(), &self.orders);
+        let messages = passed_on(from, now, told, (&self.zones, knowledge.marks()));
+        effects.published.extend(messages.map(|message| (Audience::All, message)));
     }
 
     /// The operator has decided about finds or marked something: a plan, or an end of the search because of what was believed,

@@ -56,7 +56,10 @@ impl Mission {
             Command::Team(order) => {
                 // An order that all robots have already is not given again. One that is away may have another, newer one.
                 let is_in_effect = directive.order == order && self.orders.newest() <= directive.number;
-                if !is_in_effect || !self.early.is_known_to_all(order) || !self.is_team_here() {
+                if !is_in_effect
+                    || !self.early.is_known_to_all(order)
+                    || !self.config.robots.iter().all(|&robot| self.is_here(robot))
+                {
                     self.early.gave_all(order);
                     directive.give(now.0.max(self.orders.newest().saturating_add(1)), order);
                     self.own.gave_all(&directive);
@@ -85,9 +88,8 @@ impl Mission {
         self.report(now, outcome);
     }
 
-    fn is_team_here(&self) -> bool {
-        let alive: BTreeSet<RobotId> = self.alive().collect();
-        self.config.robots.iter().all(|robot| alive.contains(robot))
+    fn is_here(&self, robot: RobotId) -> bool {
+        self.alive().any(|alive| alive == robot)
     }
 
     /// The clock was set forward: so are the dates of this operator's orders and zones.
@@ -106,7 +108,7 @@ impl Mission {
 
     fn order(&mut self, now: MissionTime, robot: RobotId, order: RobotOrder, outcome: &mut Outcome) {
         let is_in_effect = self.orders.current(robot, &self.directive) == order;
-        if is_in_effect && self.early.is_known(robot, order) && self.alive().any(|alive| alive == robot) {
+        if is_in_effect && self.early.is_known(robot, order) && self.is_here(robot) {
             return;
         }
         self.early.gave(robot, order);
