@@ -1,6 +1,6 @@
 //! The coordinator: declares finds, tracks which robots are alive, and records the mission.
 //!
-//! - [`mission`]: the state machine, made of [`declaration`], [`liveness`] and [`track`];
+//! - [`mission`]: the state machine, made of [`declaration`], [`liveness`], [`track`] and [`ending`];
 //! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`recording`]: recording that tolerates
 //!   a full disk;
 //! - [`inspect`], [`recover`]: inspection and repair of recordings;
@@ -12,6 +12,7 @@
 
 pub mod bag;
 pub mod declaration;
+pub mod ending;
 pub mod finds;
 pub mod fold;
 pub mod inspect;

@@ -36,6 +36,7 @@ use dragnet_search::terrain::Terrain;
 use self::early::Early;
 use self::own::Own;
 use crate::declaration::Declarations;
+use crate::ending::Resting;
 use crate::finds::{Find, finds};
 use crate::liveness::{Liveness, Presence};
 use crate::track::{Track, Tracks};
@@ -141,6 +142,9 @@ pub struct Mission {
     declarations: Declarations,
     liveness: Liveness,
     tracks: Tracks,
+    resting: Resting,
+    /// Whether the operator ends the mission without waiting for robots.
+    ends_now: bool,
     next_status: MissionTime,
     next_belief: MissionTime,
     /// The operator's directive.
@@ -176,6 +180,8 @@ impl Mission {
             declarations,
             liveness: Liveness::new(config.robots.iter().copied(), config.lost_after),
             tracks: Tracks::default(),
+            resting: Resting::default(),
+            ends_now: false,
             next_status: MissionTime::START + config.heartbeat,
             next_belief: MissionTime::START + config.belief_period,
             directive: Directive::default(),
@@ -347,6 +353,7 @@ impl Mission {
             }
             Message::Heartbeat(heartbeat) => {
                 outcome.records.push(Record::Heartbeat(heartbeat.clone()));
+                self.resting.beat(heartbeat);
                 self.locate(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns), outcome);
                 self.plan(now, &heartbeat.intent, outcome);
                 self.learn(now, &heartbeat.directive, outcome);

@@ -154,6 +154,10 @@ impl StateMachine for CoordinatorNode {
         Ok(self.recorded(now, outcome))
     }
 
+    fn is_over(&self) -> bool {
+        self.mission.is_over()
+    }
+
     fn digest(&self) -> Digest {
         self.mission.belief().digest()
     }

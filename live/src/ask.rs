@@ -39,6 +39,12 @@ pub enum Ask {
         #[serde(default, deserialize_with = "a_number")]
         robot: Option<u16>,
     },
+    /// The mission ends: all robots return to their bases.
+    End {
+        /// Whether it ends at once; otherwise once all robots are back.
+        #[serde(default)]
+        now: bool,
+    },
     /// A robot goes to a cell, and stays there.
     Go {
         /// The robot.
@@ -283,6 +289,7 @@ impl Ask {
             Self::Pause { robot } => order(view, robot, TeamOrder::Pause),
             Self::Resume { robot } => order(view, robot, TeamOrder::Search),
             Self::Return { robot } => order(view, robot, TeamOrder::Return),
+            Self::End { now } => Ok(end(view, now)),
             Self::Go { robot, row, column } => go(view, robot, Position { row, column }),
             Self::Clue { row, column, ratio, radius_meters, note } => {
                 clue(view, Position { row, column }, (ratio, radius_meters), &note)
@@ -301,7 +308,9 @@ fn order(view: &View, robot: Option<u16>, order: TeamOrder) -> Result<(Command, 
     let [all, one] = match order {
         TeamOrder::Search => ["search", "searches"],
         TeamOrder::Pause => ["are paused", "is paused"],
-        TeamOrder::Return => ["are called back to their bases", "is called back to its base"],
+        TeamOrder::Return | TeamOrder::End => {
+            ["are called back to their bases", "is called back to its base"]
+        }
     };
     if let Some(robot) = robot {
         return to_one(view, robot, order.into(), one);
@@ -309,6 +318,16 @@ fn order(view: &View, robot: Option<u16>, order: TeamOrder) -> Result<(Command, 
     let already = if view.orders().is_given_to_all(order) { " already" } else { "" };
     let away = away(view, |_| true);
     Ok((Command::Team(order), format!("All robots {all}{already}.{away}")))
+}
+
+/// The end of the mission.
+fn end(view: &View, now: bool) -> (Command, String) {
+    if now {
+        let answer = "The mission ends now; robots that are not back return to their bases all the same.";
+        return (Command::EndNow, answer.to_owned());
+    }
+    let answer = format!("The mission ends once all robots are back at their bases.{}", away(view, |_| true));
+    (Command::Team(TeamOrder::End), answer)
 }
 
 /// Which of these robots cannot know an order yet, in a sentence of its own; empty if all can.

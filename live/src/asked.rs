@@ -28,12 +28,14 @@ enum Allowed {
     Number { least: f64, most: f64 },
     OneOf(&'static [&'static str]),
     Text { most_bytes: usize },
+    Truth,
     Corners,
 }
 
 const ONE_ROBOT: Field =
     Field { name: "robot", value: Allowed::Whole { most: u16::MAX as u64 }, is_needed: true };
 const ROBOT: Field = Field { is_needed: false, ..ONE_ROBOT };
+const NOW: Field = Field { name: "now", value: Allowed::Truth, is_needed: false };
 const ROW: Field = Field { name: "row", value: Allowed::Whole { most: u32::MAX as u64 }, is_needed: true };
 const COLUMN: Field = Field { name: "column", ..ROW };
 const RATIO: Field = Field {
@@ -54,10 +56,11 @@ const ZONE: Field = Field { name: "as", value: Allowed::OneOf(&["no_go", "skip",
 const CORNERS: Field = Field { name: "corners", value: Allowed::Corners, is_needed: true };
 
 /// All commands.
-const FORMS: [Form; 10] = [
+const FORMS: [Form; 11] = [
     Form { name: "pause", fields: &[ROBOT], example: r#"{"command": "pause", "robot": 2}"# },
     Form { name: "resume", fields: &[ROBOT], example: r#"{"command": "resume", "robot": 2}"# },
     Form { name: "return", fields: &[ROBOT], example: r#"{"command": "return", "robot": 2}"# },
+    Form { name: "end", fields: &[NOW], example: r#"{"command": "end"}"# },
     Form {
         name: "go",
         fields: &[ONE_ROBOT, ROW, COLUMN],
@@ -98,6 +101,7 @@ impl Allowed {
             Self::Number { least, most } => value.as_f64().is_some_and(|it| (*least..=*most).contains(&it)),
             Self::OneOf(names) => value.as_str().is_some_and(|name| names.contains(&name)),
             Self::Text { most_bytes } => value.as_str().is_some_and(|text| text.len() <= *most_bytes),
+            Self::Truth => value.is_boolean(),
             Self::Corners => value.as_array().is_some_and(|corners| corners.iter().all(is_corner)),
         }
     }
@@ -110,6 +114,7 @@ impl Allowed {
             Self::OneOf(names) => {
                 listed(&names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>(), "or")
             }
+            Self::Truth => "true or false".to_owned(),
             Self::Corners => {
                 "a list of corners, each [east, north] in cells from the south-western corner".to_owned()
             }
@@ -203,7 +208,7 @@ mod tests {
     fn what_is_no_command_is_told_in_plain_words_with_what_is_allowed_and_an_example() {
         let check =
             |text: &str, expected: &str| assert_eq!(read(text), Err(format!("no command: {expected}")));
-        let all = "allowed are pause, resume, return, go, clue, searched, withdraw, find, search and zone, such as {\"command\": \"pause\", \"robot\": 2}";
+        let all = "allowed are pause, resume, return, end, go, clue, searched, withdraw, find, search and zone, such as {\"command\": \"pause\", \"robot\": 2}";
         check("pause", &format!("the text is not valid JSON; {all}"));
         check("[1]", &format!("the JSON is not an object; {all}"));
         check("{}", &format!("the field \"command\" is missing; {all}"));
@@ -224,6 +229,10 @@ mod tests {
         check(
             r#"{"command":"pause","robot":1,"robot":2}"#,
             &format!("a field is there twice; allowed is once, {pause}"),
+        );
+        check(
+            r#"{"command":"end","now":1}"#,
+            "\"now\" of end is 1; allowed is true or false, such as {\"command\": \"end\"}",
         );
         let go = "such as {\"command\": \"go\", \"robot\": 2, \"row\": 3, \"column\": 4}";
         check(

@@ -52,6 +52,7 @@ assets! {
     "/colors.js", "text/javascript; charset=utf-8", "dist/colors.js";
     "/controls.js", "text/javascript; charset=utf-8", "dist/controls.js";
     "/describe.js", "text/javascript; charset=utf-8", "dist/describe.js";
+    "/end.js", "text/javascript; charset=utf-8", "dist/end.js";
     "/finds.js", "text/javascript; charset=utf-8", "dist/finds.js";
     "/fresh.js", "text/javascript; charset=utf-8", "dist/fresh.js";
     "/grid.js", "text/javascript; charset=utf-8", "dist/grid.js";

@@ -141,6 +141,9 @@ pub struct Frame {
     pub is_paused: bool,
     /// Whether the operator has called the robots back to their bases.
     pub is_called_back: bool,
+    /// The robots that are not back yet, if the mission is ending.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ending: Option<Vec<u16>>,
     /// Number of cells that the operator has added.
     pub added: usize,
     /// The curves up to here, `[seconds, entropy, progress]`; only in a whole frame.
@@ -324,6 +327,7 @@ impl Frame {
             marks,
             is_paused: order == TeamOrder::Pause,
             is_called_back: order == TeamOrder::Return,
+            ending: view.ending().map(|robots| robots.into_iter().map(RobotId::number).collect()),
             added,
             curve: if is_whole { view.curve().to_vec() } else { Vec::new() },
         }
@@ -497,6 +501,7 @@ fn mark_word(marked: &Marked) -> (&'static str, Option<Cell>) {
 
 fn order_frame(Acknowledged { time, order, has }: &Acknowledged, robots: &[RobotId]) -> OrderFrame {
     let (what, cell) = match order {
+        Order::Team(_, TeamOrder::End) => ("end", None),
         Order::Team(_, order) => (order_word((*order).into()), None),
         Order::Robot(_, NumberedOrder { value: order, .. }) => {
             (order_word(*order), if let RobotOrder::Go(there) = order { Some(*there) } else { None })

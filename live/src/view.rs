@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_coordinator::ending::Resting;
 use dragnet_coordinator::finds::Finders;
 use dragnet_coordinator::fold::{Change, MissionFold};
 use dragnet_coordinator::mission::Record;
@@ -105,6 +106,7 @@ pub struct View {
     /// The operator's marks that recordings of earlier versions hold as observations.
     marks: u64,
     orders: Orders,
+    resting: Resting,
     /// Arrival times of messages, in the last [`MESSAGE_SPAN`].
     received: VecDeque<MissionTime>,
 }
@@ -171,6 +173,7 @@ impl View {
             observations: 0,
             marks: 0,
             orders: Orders::default(),
+            resting: Resting::default(),
             received: VecDeque::new(),
             reach: (!about.sights.is_empty()).then(|| Reach::unknown(about.terrain.grid())),
             fold,
@@ -203,7 +206,10 @@ impl View {
         match record {
             Record::Observation(observation) => self.observe(observation),
             Record::Intent(_) => self.received.push_back(self.now),
-            Record::Heartbeat(heartbeat) => self.receive(heartbeat),
+            Record::Heartbeat(heartbeat) => {
+                self.resting.beat(heartbeat);
+                self.receive(heartbeat);
+            }
             Record::Status(_) | Record::Verdicts(_) | Record::Marks(_) => self.plot(),
             // These follow from the records above, or are of [`Orders`] and the fold alone.
             Record::Orders(_)
@@ -325,6 +331,12 @@ impl View {
         let everywhere = Reach::unknown(self.terrain().grid());
         let reach = self.reach.as_ref().unwrap_or(&everywhere);
         Some(self.subject()?.standing(self.terrain(), reach, |cell| declared.contains(&cell)))
+    }
+
+    /// The robots that are not known to be back, if the mission is ending.
+    #[must_use]
+    pub fn ending(&self) -> Option<Vec<RobotId>> {
+        self.resting.awaited(self.about.team.iter().copied(), &self.status()?.directive)
     }
 
     /// Cells that robots can observe, if their sensor radius is known.

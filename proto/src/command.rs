@@ -15,6 +15,8 @@ use crate::zones::Zone;
 pub enum Command {
     /// An order to all robots.
     Team(TeamOrder),
+    /// The mission ends at once: nothing waits for the robots, which return to their bases all the same.
+    EndNow,
     /// An order to one robot.
     Robot(RobotId, RobotOrder),
     /// Mark something, with a note of at most [`crate::marks::Marked::MAX_NOTE_BYTES`].

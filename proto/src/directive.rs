@@ -24,6 +24,8 @@ pub enum TeamOrder {
     Search,
     /// They return to their bases, and rest there.
     Return,
+    /// The mission ends: they return to their bases, and rest there.
+    End,
     /// They stay where they are.
     Pause,
 }

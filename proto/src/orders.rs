@@ -25,7 +25,7 @@ impl From<TeamOrder> for RobotOrder {
     fn from(order: TeamOrder) -> Self {
         match order {
             TeamOrder::Search => Self::Search,
-            TeamOrder::Return => Self::Return,
+            TeamOrder::Return | TeamOrder::End => Self::Return,
             TeamOrder::Pause => Self::Pause,
         }
     }

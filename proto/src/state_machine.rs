@@ -55,6 +55,11 @@ pub trait StateMachine: Send {
         false
     }
 
+    /// Whether the operator's mission is over: the coordinator ends. Robots never do by themselves.
+    fn is_over(&self) -> bool {
+        false
+    }
+
     /// Digest of its evidence.
     fn digest(&self) -> Digest;
 

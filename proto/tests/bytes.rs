@@ -115,9 +115,9 @@ fn versions() -> impl Strategy<Value = Versions> {
 
 fn directives() -> impl Strategy<Value = Directive> {
     let added = proptest::collection::btree_set(cells(), 0..20);
-    (any::<u64>(), 0..3_usize, added).prop_map(|(number, order, added)| Directive {
+    (any::<u64>(), 0..4_usize, added).prop_map(|(number, order, added)| Directive {
         number,
-        order: [TeamOrder::Search, TeamOrder::Return, TeamOrder::Pause][order],
+        order: [TeamOrder::Search, TeamOrder::Return, TeamOrder::End, TeamOrder::Pause][order],
         added,
     })
 }

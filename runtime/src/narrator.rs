@@ -251,6 +251,7 @@ impl Narrator {
         let what = match directive.order {
             TeamOrder::Search => "all robots search",
             TeamOrder::Return => "all robots return to their bases",
+            TeamOrder::End => "the mission ends, and all robots return to their bases",
             TeamOrder::Pause => "all robots pause",
         };
         Some(format!("ordered{}: {what}", when(news::to_all(before, directive, now)?)?))

@@ -1,6 +1,5 @@
 //! Each part of a mission as a separate process: `dragnet agent`, `dragnet coordinator` and `dragnet sim`.
 
-use std::collections::BTreeMap;
 use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
@@ -8,11 +7,13 @@ use std::time::Duration;
 use dragnet_agent::agent::Agent;
 use dragnet_coordinator::finds::FindCounts;
 use dragnet_coordinator::node::Listener;
+use dragnet_coordinator::record::{BY_THE_OPERATOR, ENDED};
 use dragnet_export::cot::{self, Source};
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
+use dragnet_proto::state_machine::StateMachine;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -184,6 +185,8 @@ impl Own {
 
 /// Maximum number of observations that wait for an agent that decides.
 const REPORTS: usize = 1024;
+/// Time for which the page of a mission that is over tells its viewers so.
+const PARTING: Duration = Duration::from_secs(2);
 /// Time limit for stopping the vehicle.
 const STANDSTILL: Duration = Duration::from_secs(2);
 
@@ -223,7 +226,7 @@ pub enum Role {
     Router,
 }
 
-/// Runs the coordinator until the process is asked to stop; then finishes the recording.
+/// Runs the coordinator until the process is asked to stop, or the operator's mission is over; then finishes the recording.
 ///
 /// # Errors
 /// If the settings are invalid, or not everything could be recorded.
@@ -287,9 +290,17 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
         };
         leaving(&session, watching).await
     })?;
-    let finds = FindCounts::of(&node.finish(ended, BTreeMap::new())?.finds());
+    let is_over = node.is_over();
+    let summary = is_over.then(|| (ENDED.to_owned(), BY_THE_OPERATOR.to_owned()));
+    let finds = FindCounts::of(&node.finish(ended, summary.into_iter().collect())?.finds());
     if finds.has_verdicts() {
         tracing::info!("coordinator ends: {finds}");
+    }
+    if is_over {
+        tracing::info!("{} of mission {mission} ends: the operator has ended it", Participant::Coordinator);
+        if let Some(page) = shown {
+            page.serve_until(|| tokio::time::sleep(PARTING));
+        }
     }
     Ok(())
 }

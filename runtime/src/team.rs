@@ -17,7 +17,7 @@ use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::StepObserver;
 use serde::Serialize;
 use tokio::sync::mpsc;
-use tokio::task::JoinHandle;
+use tokio::task::JoinError;
 use zenoh::Session;
 
 use crate::RuntimeError;
@@ -181,7 +181,9 @@ fn mission(scenario: &Scenario) -> Result<Mission, RuntimeError> {
 }
 
 /// The result of a participant's task.
-async fn joined<T>(task: JoinHandle<Result<T, RuntimeError>>) -> Result<T, RuntimeError> {
+async fn joined<T>(
+    task: impl Future<Output = Result<Result<T, RuntimeError>, JoinError>>,
+) -> Result<T, RuntimeError> {
     task.await.map_err(|error| RuntimeError::Zenoh {
         what: "end a participant".to_owned(),
         reason: error.to_string(),

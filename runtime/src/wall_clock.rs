@@ -71,7 +71,7 @@ impl From<mpsc::Receiver<Report>> for Reports {
     }
 }
 
-/// Runs a state machine until `stop` is ready or the network closes. `reports` come from its vehicle: a coordinator has
+/// Runs a state machine until `stop` is ready, its mission is over or the network closes. `reports` come from its vehicle: a coordinator has
 /// none. `places` are those of its log. Everything to be stored is in the journal, if there is one, before anything is published.
 ///
 /// # Errors
@@ -109,7 +109,7 @@ pub async fn run(
     let mut has_reports = true;
     let mut watchdog = Watchdog::ready();
     tokio::pin!(stop);
-    loop {
+    while !driver.machine.is_over() {
         driver.note_time(&clock);
         driver.report_doubles(link, clock.now()).await?;
         driver.contend(link, clock.now()).await?;
@@ -158,6 +158,7 @@ pub async fn run(
             }
         }
     }
+    Ok(driver.finish(&clock))
 }
 
 /// A journal's answer to a request for released observations.

@@ -194,6 +194,7 @@ impl Teller {
             TeamOrder::Search => "resumes the search",
             TeamOrder::Pause => "pauses the search",
             TeamOrder::Return => "calls the robots back to their bases",
+            TeamOrder::End => "ends the mission, and calls the robots back to their bases",
         };
         let given = news::to_all(before, &status.directive, MissionTime(status.time_ns))?;
         dated(given, &format!("the operator {what}"))

@@ -1,6 +1,6 @@
 //! However a process ends, and whatever its disk does, its recording can be read.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -9,9 +9,13 @@ use dragnet_coordinator::Ending;
 use dragnet_coordinator::inspect::{Inspection, inspect};
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
+use dragnet_coordinator::record::{BY_THE_OPERATOR, ENDED};
+use dragnet_proto::message::Activity;
+use dragnet_search::observation::Source;
 
 use crate::durability::{SmallDisk, endless};
 use crate::field::{DRAGNET, Field, Process};
+use crate::operator::Operator;
 
 /// Waits for a condition, with a time limit.
 fn comes_true(what: &str, mut is_so: impl FnMut() -> bool) {
@@ -146,6 +150,59 @@ fn a_coordinator_that_is_killed_and_started_again_goes_on_in_a_new_recording() {
     assert_eq!(std::fs::read(&first).unwrap(), before, "what was written stays");
     robot.terminate();
     drop(world);
+}
+
+/// A coordinator with a page, after some observations.
+fn begun(field: &Field, operator: &Operator, recording: &Path) -> Process {
+    let settings = operator.settings(field, recording);
+    let coordinator = Process::start(Command::new(DRAGNET).args(["coordinator", "--config"]).arg(settings));
+    comes_true("observations", || observations(recording) > 20);
+    coordinator
+}
+
+#[test]
+fn a_mission_that_the_operator_ends_is_over_once_all_robots_are_back_and_the_robots_go_on() {
+    let field = Field::new(&endless(2), 2, 13);
+    let (operator, recording) = (Operator::new(), field.path("field.mcap"));
+    let (_world, robots) = (field.world(), [field.robot(1), field.robot(2)]);
+    let coordinator = begun(&field, &operator, &recording);
+    let answer = operator.order(r#"{"command": "end"}"#);
+    assert!(answer.contains("The mission ends once all robots are back at their bases."), "{answer}");
+    assert!(coordinator.ended().success());
+    let read = inspect(&recording).unwrap();
+    assert_eq!((read.ending, read.summary[ENDED].as_str()), (Ending::Complete, BY_THE_OPERATOR));
+    assert_gapless(&recording);
+    // Each rests in its base, where it has started.
+    let (mut started, mut rested) = (BTreeMap::new(), BTreeMap::new());
+    for (_, record) in Playback::read(&recording).unwrap().records {
+        match record {
+            Record::Observation(seen) => {
+                started.entry(seen.origin.source).or_insert((Activity::Recalled, seen.from));
+            }
+            Record::Heartbeat(beat) => {
+                rested.insert(Source::Robot(beat.robot), (beat.activity, beat.cell));
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(rested, started);
+    robots.into_iter().for_each(Process::terminate);
+}
+
+#[test]
+fn a_mission_that_waits_for_a_robot_that_is_gone_is_ended_without_it() {
+    let field = Field::new(&endless(2), 2, 14);
+    let (operator, recording) = (Operator::new(), field.path("field.mcap"));
+    let (world, gone, robot) = (field.world(), field.robot(1), field.robot(2));
+    let coordinator = begun(&field, &operator, &recording);
+    gone.kill();
+    world.kill();
+    operator.order(r#"{"command": "end"}"#);
+    let answer = operator.order(r#"{"command": "end", "now": true}"#);
+    assert!(answer.contains("The mission ends now"), "{answer}");
+    assert!(coordinator.ended().success());
+    assert_finished(&recording);
+    robot.terminate();
 }
 
 #[test]

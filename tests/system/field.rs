@@ -52,6 +52,11 @@ impl Process {
         self.0.id()
     }
 
+    /// Its exit status once it has ended by itself.
+    pub(crate) fn ended(mut self) -> ExitStatus {
+        self.0.wait().unwrap()
+    }
+
     /// Closes its standard output; returns its exit status.
     pub(crate) fn deafen(mut self) -> ExitStatus {
         drop(self.0.stdout.take());

@@ -26,6 +26,7 @@ mod mentions;
 mod nav2;
 mod networks;
 mod one_number;
+mod operator;
 mod policies;
 mod processes;
 mod rehearsal;

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpStream, UdpSocket};
+use std::io::{BufRead, BufReader, Write};
+use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
@@ -21,10 +21,10 @@ use time::OffsetDateTime;
 
 use crate::field::{DRAGNET, Field};
 use crate::interpreter::interpreter;
+use crate::operator::Operator;
 use crate::security::Process;
 
 const PATIENCE: Duration = Duration::from_mins(1);
-const TOKEN: &str = "a-token_of_a-person";
 const SCENARIO: &str = "name = \"field\"\n[map]\nfile = \"site.geojson\"\ncell_meters = 20.0\n[objects]\ncount = 4\n\
                         [robots]\ncount = 2\npolicy = \"path\"\n[mission]\nbudget_meters = 36000.0\n\
                         stop_when_expected_remaining = 0.001\n";
@@ -159,17 +159,12 @@ fn text<'a>(event: &'a Value, key: &str) -> &'a str {
 #[test]
 fn maps_show_robots_and_finds_of_a_search_and_lose_a_dismissed_one() {
     let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let page = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let tak = Tak::start(&["udp", &port.to_string()]);
     let field = Field::new(SCENARIO, 2, 3);
     fs::write(field.path("site.geojson"), areas()).unwrap();
-    fs::write(field.path("token.txt"), TOKEN).unwrap();
-    let settings = field.coordinator_settings(&field.path("field.mcap"));
-    let more = format!(
-        "[tak]\nurl = \"udp://127.0.0.1:{port}\"\nperiod_seconds = 0.1\n[live]\nlisten = \"127.0.0.1:{page}\"\n\
-         token_file = \"{}\"\n",
-        field.path("token.txt").display()
-    );
+    let operator = Operator::new();
+    let settings = operator.settings(&field, &field.path("field.mcap"));
+    let more = format!("[tak]\nurl = \"udp://127.0.0.1:{port}\"\nperiod_seconds = 0.1\n");
     fs::write(&settings, fs::read_to_string(&settings).unwrap() + &more).unwrap();
     let coordinator = Process::start(Command::new(DRAGNET).args(["coordinator", "--config"]).arg(settings));
     let robots = [field.robot(1), field.robot(2)];
@@ -215,24 +210,10 @@ fn maps_show_robots_and_finds_of_a_search_and_lose_a_dismissed_one() {
         "{{\"command\":\"find\",\"row\":{},\"column\":{},\"as\":\"dismissed\"}}",
         position.row, position.column
     );
-    post(page, &command);
+    operator.order(&command);
     let removal = tak.until(|event| event["type"] == "t-x-d-d" && event["removes"] == find["uid"]);
     assert_ne!(removal["uid"], find["uid"]);
     drop((robots, coordinator));
-}
-
-/// A command of the operator on the page.
-fn post(port: u16, command: &str) {
-    let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
-    let head = format!(
-        "POST /command HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\nAuthorization: Bearer {TOKEN}\r\n\
-         Content-Length: {}\r\n\r\n",
-        command.len()
-    );
-    socket.write_all((head + command).as_bytes()).unwrap();
-    let mut answer = String::new();
-    socket.read_to_string(&mut answer).unwrap();
-    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
 }
 
 /// The shapes of both areas over a connection.

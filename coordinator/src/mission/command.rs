@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::command::Command;
-use dragnet_proto::directive::Directive;
+use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::marks::Marks;
 use dragnet_proto::message::{MarkReport, OrderReport, VerdictReport, ZoneReport};
 use dragnet_proto::orders::{RobotOrder, RobotOrders};
@@ -53,10 +53,16 @@ impl Mission {
             Command::Judge(decision, cell) => return self.judge(now, decision, cell, outcome),
             Command::Robot(robot, order) => return self.order(now, robot, order, outcome),
             Command::Zone(zone, cells) => return self.zone(now, zone, &cells, outcome),
+            Command::EndNow => {
+                self.ends_now = true;
+                return self.command(now, Command::Team(TeamOrder::End), outcome);
+            }
             Command::Team(order) => {
+                self.ends_now &= order == TeamOrder::End;
                 // An order that all robots have already is not given again. One that is away may have another, newer one.
                 let is_in_effect = directive.order == order && self.orders.newest() <= directive.number;
                 if !is_in_effect
+                    || (order == TeamOrder::End && !self.own.is_to_all(&directive))
                     || !self.early.is_known_to_all(order)
                     || !self.config.robots.iter().all(|&robot| self.is_here(robot))
                 {
@@ -86,6 +92,22 @@ impl Mission {
             outcome.records.push(Record::Orders(self.order_report(now)));
         }
         self.report(now, outcome);
+    }
+
+    /// Whether the operator has ended the mission, and every robot of the team is back, with all that it has seen, or need not
+    /// be. An order to end that
+    /// robots bring is of an earlier process, or of another coordinator: that one ends.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        let awaited = self.awaited().filter(|_| self.own.is_to_all(&self.directive));
+        let has_all = || self.resting.are_in(self.replica.log());
+        awaited.is_some_and(|awaited| self.ends_now || (awaited.is_empty() && has_all()))
+    }
+
+    /// The robots that are not known to be back, if the mission is ending.
+    #[must_use]
+    pub fn awaited(&self) -> Option<Vec<RobotId>> {
+        self.resting.awaited(self.config.robots.iter().copied(), &self.directive)
     }
 
     fn is_here(&self, robot: RobotId) -> bool {

@@ -36,6 +36,11 @@ impl Own {
         self.to_all = Some(directive.number);
     }
 
+    /// Whether the directive's order is this operator's.
+    pub(super) fn is_to_all(&self, directive: &Directive) -> bool {
+        self.to_all == Some(directive.number)
+    }
+
     /// The order to a robot is this operator's.
     pub(super) fn gave(&mut self, robot: RobotId, orders: &RobotOrders) {
         self.to_robots.extend(orders.numbered(robot).map(|order| (robot, order.number)));

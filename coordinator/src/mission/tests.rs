@@ -668,3 +668,53 @@ fn a_confirmed_find_is_never_withdrawn_and_a_restarted_coordinator_learns_of_it_
     assert_eq!(again.declared().count(), 0);
     assert!(again.verdicts().of(cell(5)) > before.verdicts().of(cell(5)));
 }
+
+/// A robot rests, and has told so with the mission's order to all as it knows it.
+fn rests(mission: &mut Mission, now: MissionTime, robot: RobotId, seen: u64) {
+    let versions = vec![Version { origin: Origin::first(robot), next: seen }];
+    let Message::Heartbeat(mut beat) = heartbeat(robot, now, versions) else { unreachable!() };
+    (beat.activity, beat.directive) = (Activity::Recalled, mission.directive().clone());
+    receive(mission, now, robot, Message::Heartbeat(beat));
+}
+
+#[test]
+fn a_mission_that_is_ended_is_over_once_all_robots_are_back_and_all_they_saw_is_here() {
+    let mut mission = mission();
+    [ONE, TWO].into_iter().for_each(|robot| rests(&mut mission, at(1), robot, 0));
+    command(&mut mission, at(2), Command::Team(TeamOrder::End));
+    assert_eq!(mission.awaited(), Some(vec![ONE, TWO]), "they rested before they knew");
+    rests(&mut mission, at(3), ONE, 1);
+    assert_eq!((mission.awaited(), mission.is_over()), (Some(vec![TWO]), false));
+    mission.react(at(4), Event::Lost(TWO));
+    assert!(!mission.is_over(), "one that is away is waited for");
+    rests(&mut mission, at(5), TWO, 0);
+    assert_eq!((mission.awaited(), mission.is_over()), (Some(vec![]), false), "an observation is missing");
+    mission.react(at(6), Event::Lost(ONE));
+    see(&mut mission, at(7), &observation(ONE, 0, 5, 1.0));
+    assert!(mission.is_over());
+    receive(&mut mission, at(8), TWO, heartbeat(TWO, at(8), vec![]));
+    assert!(!mission.is_over(), "one drives again");
+    command(&mut mission, at(9), Command::Team(TeamOrder::Search));
+    assert_eq!((mission.awaited(), mission.is_over()), (None, false));
+}
+
+#[test]
+fn a_mission_is_ended_at_once_by_its_own_operator_alone() {
+    let mut mission = mission();
+    rests(&mut mission, at(1), ONE, 0);
+    command(&mut mission, at(2), Command::EndNow);
+    assert_eq!((mission.awaited(), mission.is_over()), (Some(vec![ONE, TWO]), true));
+
+    // Started again: it ends no mission that it was not told to end.
+    let mut again = self::mission();
+    again.directive = mission.directive.clone();
+    [ONE, TWO].into_iter().for_each(|robot| rests(&mut again, at(1), robot, 0));
+    assert_eq!((again.awaited(), again.is_over()), (Some(vec![]), false));
+    command(&mut again, at(3), Command::Team(TeamOrder::End));
+    assert!(!again.is_over(), "robots are told anew");
+    [ONE, TWO].into_iter().for_each(|robot| rests(&mut again, at(4), robot, 0));
+    assert!(again.is_over());
+    command(&mut again, at(5), Command::EndNow);
+    command(&mut again, at(6), Command::Team(TeamOrder::Pause));
+    assert!(!again.is_over(), "it is resumed before the coordinator has ended");
+}

@@ -1,7 +1,8 @@
+import { EndForm } from "./end.js";
 import { MarkForm } from "./marks.js";
 import { acknowledged } from "./orders.js";
 import { element } from "./panel.js";
-const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close", "no_go", "skip", "open"];
+const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close", "no_go", "skip", "open", "end"];
 const TOO_FEW = "An area needs at least three corners";
 const MISSING = {
     close: TOO_FEW,
@@ -20,6 +21,7 @@ export class Controls {
     isConnected = false;
     isDrawing = false;
     form = new MarkForm();
+    endForm = new EndForm();
     given;
     token = new URLSearchParams(location.hash.slice(1)).get("token");
     constructor(map, redraw, began) {
@@ -38,6 +40,7 @@ export class Controls {
             no_go: () => this.close("no_go"),
             skip: () => this.close("skip"),
             open: () => this.close("open"),
+            end: () => this.end(),
         };
         for (const id of BUTTONS)
             element(id, HTMLButtonElement).addEventListener("click", act[id]);
@@ -130,6 +133,7 @@ export class Controls {
             no_go: isClosable,
             skip: isClosable,
             open: isClosable,
+            end: true,
         };
         for (const id of BUTTONS) {
             const button = element(id, HTMLButtonElement);
@@ -141,6 +145,9 @@ export class Controls {
         const text = `${this.isHeld ? "Resume" : "Pause"} ${whom}`;
         if (pause.textContent !== text)
             pause.textContent = text;
+        const end = element("end", HTMLButtonElement);
+        end.textContent = this.mission?.frame?.ending === undefined ? "End mission" : "End now";
+        end.hidden = this.isDrawing;
         element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
         for (const id of ["corner", "close", "no_go", "skip", "open"])
             element(id, HTMLButtonElement).hidden = !this.isDrawing;
@@ -178,6 +185,10 @@ export class Controls {
     order(command) {
         const robot = this.whom;
         void this.ask(robot === null ? { command } : { command, robot }, command, robot);
+    }
+    end() {
+        const isNow = this.mission?.frame?.ending !== undefined;
+        this.endForm.open(this.mission, () => void this.ask({ command: "end", now: isNow }, "end"));
     }
     go() {
         const robot = this.one;

@@ -7,18 +7,19 @@ export function showOrders(mission) {
         list.lastElementChild?.remove();
     mission.orders.forEach((order, index) => {
         const item = list.children[index] ?? list.appendChild(document.createElement("li"));
-        const text = `${clock(order.time)} ${named(mission, order)}: ${acknowledged(mission, order)}`;
+        const text = `${clock(order.time)} ${said(mission, order)}: ${acknowledged(mission, order)}`;
         if (item.textContent !== text)
             item.textContent = text;
     });
 }
-function named(mission, order) {
+function said(mission, order) {
     const cell = order.cell === null ? "" : ` ${mission.name(order.cell)}`;
     const cells = `an area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`;
     const names = {
         pause: "Pause",
         resume: "Resume",
         return: "Return to base",
+        end: "End of the mission",
         go: `Go to${cell}`,
         area: `Search ${cells}`,
         open: `Open again ${cells}`,
@@ -44,7 +45,10 @@ export function acknowledged(mission, { has, waits, robot }) {
     const waiting = groups.filter(([robots]) => robots.length > 0).map(([robots, note]) => `${numbers(robots)}${note}`).join(", ");
     if (has.length === 0)
         return `waiting for robot${waits.length === 1 ? "" : "s"} ${waiting}`;
-    return `robot${has.length === 1 ? "" : "s"} ${numbers(has)} ${has.length === 1 ? "has" : "have"} it; waiting for ${waiting}`;
+    return `${named(has)} ${has.length === 1 ? "has" : "have"} it; waiting for ${waiting}`;
+}
+export function named(robots) {
+    return `robot${robots.length === 1 ? "" : "s"} ${numbers(robots)}`;
 }
 export function numbers(robots) {
     const runs = [];

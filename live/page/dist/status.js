@@ -1,12 +1,13 @@
 import { clock } from "./mission.js";
-import { numbers } from "./orders.js";
+import { named } from "./orders.js";
 import { element } from "./panel.js";
 const RESTS = new Set(["cleared", "spent", "stuck", "recalled"]);
 const HELD = new Set(["paused", "holding"]);
 export function showStatus(mission, freshness) {
-    const isStale = freshness.kind === "stale" || freshness.kind === "closed";
+    const isOver = mission?.isOver === true;
+    const isStale = !isOver && (freshness.kind === "stale" || freshness.kind === "closed");
     document.body.classList.toggle("stale", isStale && mission !== undefined);
-    age(freshness);
+    age(isOver ? { kind: "fresh" } : freshness);
     if (mission === undefined) {
         if (isStale) {
             badge("off", "not connected");
@@ -14,17 +15,19 @@ export function showStatus(mission, freshness) {
         }
         return;
     }
-    trouble([link(mission, freshness), doubles(mission), held(mission)].filter(Boolean).join(" "));
-    if (freshness.kind === "closed")
+    trouble([link(mission, freshness), doubles(mission), ending(mission), held(mission)].filter(Boolean).join(" "));
+    if (isOver)
+        badge("over", "mission over");
+    else if (freshness.kind === "closed")
         badge("off", "not connected");
     else if (freshness.kind === "stale")
         badge("off", "stale");
     else if (mission.hello.end !== null)
         badge("replay", "recording");
-    else if (mission.isOver)
-        badge("over", "mission over");
     else if (freshness.kind === "quiet")
         badge("off", "no reports");
+    else if (mission.frame?.ending !== undefined)
+        badge("paused", "ending");
     else if (mission.frame?.is_paused === true)
         badge("paused", "paused");
     else if (mission.frame?.is_called_back === true)
@@ -33,13 +36,15 @@ export function showStatus(mission, freshness) {
         badge("live", "live");
 }
 function link(mission, freshness) {
+    if (mission.isOver)
+        return freshness.kind === "closed" ? `The mission is over. The page shows its end: ${last(mission)}.` : "";
     if (freshness.kind === "fresh")
         return "";
     const since = freshness.since.toLocaleTimeString(undefined, { hour12: false });
     if (freshness.kind === "quiet") {
-        return mission.isOver ? "" : `The link works, but no robot has reported since ${since}.`;
+        return `The link works, but no robot has reported since ${since}.`;
     }
-    const goOn = mission.hello.end === null && !mission.isOver ? " The robots continue to search." : "";
+    const goOn = mission.hello.end === null ? " The robots continue to search." : "";
     const source = mission.hello.end === null ? "the coordinator" : "the program with the recording";
     return `No news from ${source} since ${since}. The page shows what was known then: ${last(mission)}.${goOn}`;
 }
@@ -55,14 +60,22 @@ function doubles(mission) {
     const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
     return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
 }
+function ending(mission) {
+    const awaited = mission.frame?.ending;
+    if (awaited === undefined || mission.isOver || mission.hello.end !== null)
+        return "";
+    if (awaited.length > 0)
+        return `The mission ends once ${named(awaited)} ${awaited.length === 1 ? "is" : "are"} back.`;
+    return "All robots are back from the mission that was ended: resume them, or end it now.";
+}
 function held(mission) {
     const here = (mission.frame?.robots ?? []).filter(({ state }) => state !== "lost" && state !== "awaited");
     const waits = here.filter(({ state }) => HELD.has(state)).map((robot) => robot.robot);
     const isOver = waits.length < here.length && here.every(({ state }) => HELD.has(state) || RESTS.has(state));
     if (mission.isOver || mission.hello.end !== null || waits.length === 0 || !isOver)
         return "";
-    const [who, they] = waits.length === 1 ? [`robot ${waits[0]}, which is`, "it"] : [`robots ${numbers(waits)}, which are`, "them"];
-    return `The search waits for ${who} held by your order: resume ${they}, or call ${they} back.`;
+    const [are, they] = waits.length === 1 ? ["is", "it"] : ["are", "them"];
+    return `The search waits for ${named(waits)}, which ${are} held by your order: resume ${they}, or call ${they} back.`;
 }
 function trouble(text) {
     element("alert", HTMLElement).hidden = text === "";

@@ -1,5 +1,6 @@
 // Commands to the mission: buttons and keys, for operators with the token.
 
+import { EndForm } from "./end.js";
 import type { MapView } from "./map.js";
 import type { Mission, RobotFrame, RobotOrder } from "./mission.js";
 import { type MarkKind, MarkForm } from "./marks.js";
@@ -9,7 +10,7 @@ import { element } from "./panel.js";
 /** Why the controls are disabled; undefined if they are not. */
 export type Lock = string | undefined;
 
-const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close", "no_go", "skip", "open"] as const;
+const BUTTONS = ["pause", "return", "go", "searched", "clue", "area", "corner", "close", "no_go", "skip", "open", "end"] as const;
 
 const TOO_FEW = "An area needs at least three corners";
 
@@ -34,6 +35,7 @@ export class Controls {
   private isConnected = false;
   isDrawing = false;
   private readonly form = new MarkForm();
+  private readonly endForm = new EndForm();
   /** The command that was given last, when, and to which robot. */
   private given: { what: string; time: number; robot: number | null } | undefined;
   readonly token = new URLSearchParams(location.hash.slice(1)).get("token");
@@ -56,6 +58,7 @@ export class Controls {
       no_go: () => this.close("no_go"),
       skip: () => this.close("skip"),
       open: () => this.close("open"),
+      end: () => this.end(),
     };
     for (const id of BUTTONS) element(id, HTMLButtonElement).addEventListener("click", act[id]);
     element("whom", HTMLSelectElement).addEventListener("change", () => this.show());
@@ -162,6 +165,7 @@ export class Controls {
       no_go: isClosable,
       skip: isClosable,
       open: isClosable,
+      end: true,
     };
     for (const id of BUTTONS) {
       const button = element(id, HTMLButtonElement);
@@ -172,6 +176,9 @@ export class Controls {
     const whom = this.whom === null ? "all robots" : `robot ${this.whom}`;
     const text = `${this.isHeld ? "Resume" : "Pause"} ${whom}`;
     if (pause.textContent !== text) pause.textContent = text;
+    const end = element("end", HTMLButtonElement);
+    end.textContent = this.mission?.frame?.ending === undefined ? "End mission" : "End now";
+    end.hidden = this.isDrawing;
     element("area", HTMLButtonElement).setAttribute("aria-pressed", String(this.isDrawing));
     for (const id of ["corner", "close", "no_go", "skip", "open"]) element(id, HTMLButtonElement).hidden = !this.isDrawing;
   }
@@ -210,6 +217,12 @@ export class Controls {
   private order(command: RobotOrder): void {
     const robot = this.whom;
     void this.ask(robot === null ? { command } : { command, robot }, command, robot);
+  }
+
+  /** Once the robots are back; when it waits for them already, at once. */
+  private end(): void {
+    const isNow = this.mission?.frame?.ending !== undefined;
+    this.endForm.open(this.mission, () => void this.ask({ command: "end", now: isNow }, "end"));
   }
 
   private go(): void {

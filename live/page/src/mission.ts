@@ -65,6 +65,8 @@ export interface Frame {
   marks: number;
   is_paused: boolean;
   is_called_back: boolean;
+  /** The robots that are not back yet, if the mission is ending. */
+  ending?: number[];
   added: number;
   curve?: Point[];
 }
@@ -125,7 +127,7 @@ export interface MarkFrame {
 /** A command of the operator, the robots that have it, and those of which that is not known. */
 export interface OrderFrame {
   time: number;
-  what: RobotOrder | "area" | "open" | "skip" | "no_go" | "searched" | "clue" | "withdraw" | "confirmed" | "dismissed" | "undone";
+  what: RobotOrder | "end" | "area" | "open" | "skip" | "no_go" | "searched" | "clue" | "withdraw" | "confirmed" | "dismissed" | "undone";
   /** The robot that it is for; null if it is for all. */
   robot: number | null;
   cell: number | null;

@@ -10,18 +10,19 @@ export function showOrders(mission: Mission): void {
   while (list.children.length > mission.orders.length) list.lastElementChild?.remove();
   mission.orders.forEach((order, index) => {
     const item = list.children[index] ?? list.appendChild(document.createElement("li"));
-    const text = `${clock(order.time)} ${named(mission, order)}: ${acknowledged(mission, order)}`;
+    const text = `${clock(order.time)} ${said(mission, order)}: ${acknowledged(mission, order)}`;
     if (item.textContent !== text) item.textContent = text;
   });
 }
 
-function named(mission: Mission, order: OrderFrame): string {
+function said(mission: Mission, order: OrderFrame): string {
   const cell = order.cell === null ? "" : ` ${mission.name(order.cell)}`;
   const cells = `an area of ${order.cells} cell${order.cells === 1 ? "" : "s"}`;
   const names: Record<OrderFrame["what"], string> = {
     pause: "Pause",
     resume: "Resume",
     return: "Return to base",
+    end: "End of the mission",
     go: `Go to${cell}`,
     area: `Search ${cells}`,
     open: `Open again ${cells}`,
@@ -46,7 +47,12 @@ export function acknowledged(mission: Mission, { has, waits, robot }: OrderFrame
   const groups = [[waits.filter((robot) => !lost.has(robot)), ""], [waits.filter((robot) => lost.has(robot)), " (lost)"]] as const;
   const waiting = groups.filter(([robots]) => robots.length > 0).map(([robots, note]) => `${numbers(robots)}${note}`).join(", ");
   if (has.length === 0) return `waiting for robot${waits.length === 1 ? "" : "s"} ${waiting}`;
-  return `robot${has.length === 1 ? "" : "s"} ${numbers(has)} ${has.length === 1 ? "has" : "have"} it; waiting for ${waiting}`;
+  return `${named(has)} ${has.length === 1 ? "has" : "have"} it; waiting for ${waiting}`;
+}
+
+/** `robot 2`, or `robots 2, 4–7`. */
+export function named(robots: readonly number[]): string {
+  return `robot${robots.length === 1 ? "" : "s"} ${numbers(robots)}`;
 }
 
 /** Ascending numbers, with runs of more than two as `4–17`. */

@@ -86,7 +86,24 @@ async function live() {
     assert.equal(await text(page, "state"), "live");
     await reach(page);
     await fits(page);
+    await ends(page);
   });
+}
+
+/** The mission ends once all robots are back, if that is what the operator wants. */
+async function ends(page) {
+  await page.locator("#end").click();
+  await shot(page, "end.png");
+  await page.keyboard.press("Escape");
+  assert.equal(await text(page, "state"), "live");
+  await page.locator("#end").click();
+  await answered(page, () => page.locator("#end-done").click(), /^The mission ends once all robots are back at their bases\./);
+  await until("it is ending", async () => (await text(page, "state")) === "ending");
+  assert.match(await text(page, "trouble"), /^The mission ends once robots? \d.* (is|are) back\.$/);
+  assert.equal(await text(page, "end"), "End now");
+  await until("it is over", async () => (await text(page, "state")) === "mission over");
+  assert.ok((await states(page)).every((state) => state === "recalled"), "all are back");
+  assert.ok(await page.locator("#end").isDisabled());
 }
 
 /** A clue with a radius, in the list with its note, is withdrawn: the belief is what it was. */
@@ -204,7 +221,7 @@ async function fits(page) {
     for (const [id, box] of boxes) {
       assert.ok(box.top >= 0 && box.left >= 0 && box.bottom <= height && box.right <= width, `${id} on ${width} x ${height}`);
     }
-    assert.equal(boxes.length, 8, "the map, six commands, and whom they are to");
+    assert.equal(boxes.length, 9, "the map, seven commands, and whom they are to");
     const stage = boxes.find(([id]) => id === "stage")[1];
     assert.ok(stage.height > 0.45 * height, `${stage.height} pixels of map on ${width} x ${height}`);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth);

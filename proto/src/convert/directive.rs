@@ -25,6 +25,7 @@ const fn code(order: TeamOrder) -> u8 {
         TeamOrder::Search => 0,
         TeamOrder::Pause => 1,
         TeamOrder::Return => 2,
+        TeamOrder::End => 3,
     }
 }
 
@@ -38,11 +39,11 @@ impl Check {
     }
 
     fn order(self, found: u8) -> Result<TeamOrder, ConvertError> {
-        [TeamOrder::Search, TeamOrder::Pause, TeamOrder::Return]
+        [TeamOrder::Search, TeamOrder::Pause, TeamOrder::Return, TeamOrder::End]
             .into_iter()
             .find(|&order| code(order) == found)
             .ok_or_else(|| {
-                let allowed = "0 search, 1 pause, 2 return";
+                let allowed = "0 search, 1 pause, 2 return, 3 end";
                 ConvertError::Alternative { at: self.at("order"), found, allowed }
             })
     }

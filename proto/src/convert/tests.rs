@@ -137,7 +137,7 @@ fn a_heartbeat_out_of_range_is_rejected_by_field() {
         );
     };
     check(|wire| wire.activity = 11, "activity .. 11 .. 0 searching .. 10 leaving");
-    check(|wire| wire.directive.order = 3, "directive.order .. 3 .. 0 search, 1 pause, 2 return");
+    check(|wire| wire.directive.order = 4, "directive.order .. 4 .. 0 search, 1 pause, 2 return, 3 end");
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters .. inf .. from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot .. 8 .. 7");
     check(|wire| wire.intent.version = 0, "intent.version .. 0 .. 4");

@@ -54,7 +54,7 @@ pub(super) async fn run(
     let clock = Clock::new(real_time_factor);
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec.clone()).await?;
-    let node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
+    let mut node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
         participate(link, node, scenario.places(), real_time_factor, commands, node_stopped);
     let sending = feed.map(Feed::start);
     let mut children = Children::default();
@@ -87,14 +87,30 @@ pub(super) async fn run(
             .run()
             .await
     };
+    let mut over = None;
     // However it ends, the coordinator's recording is finished.
-    let mut ended = tokio::select! {
-        ended = search => Some(ended),
-        () = asked => None,
+    let mut ended = {
+        tokio::pin!(search, asked);
+        tokio::select! {
+            ended = &mut search => Some(ended),
+            () = &mut asked => None,
+            finished = joined(&mut node) => {
+                let (node, _) = over.insert(finished?);
+                if node.mission().awaited().is_some_and(|awaited| !awaited.is_empty()) {
+                    None
+                } else {
+                    // All robots are back: the search is over too.
+                    tokio::select! { ended = search => Some(ended), () = asked => None }
+                }
+            }
+        }
     };
     // It ends first: robots that leave after the search are not lost.
     drop(stop_node);
-    let (node, _) = joined(node).await?;
+    let (node, _) = match over {
+        Some(over) => over,
+        None => joined(node).await?,
+    };
     if let Some(sending) = sending {
         sending.finish().await;
     }

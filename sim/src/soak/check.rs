@@ -85,7 +85,7 @@ impl<'a> Checks<'a> {
                 || faults.commands.iter().any(|(_, command)| {
                     matches!(
                         command,
-                        Command::Team(TeamOrder::Return)
+                        Command::Team(TeamOrder::Return | TeamOrder::End)
                             | Command::Robot(_, RobotOrder::Return | RobotOrder::Go(_))
                     )
                 }),

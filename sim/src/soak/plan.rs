@@ -1,6 +1,7 @@
 //! The search of a seed, and its faults.
 
 use std::fmt::Write;
+use std::iter;
 use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
@@ -113,7 +114,8 @@ fn unlike_robot(seed: u64, robots: u16) -> String {
     )
 }
 
-/// In every fourth search the operator calls the robots back, and lets half of them search again.
+/// In every fourth search the operator calls the robots back, half of the time to end the mission, and lets half of them
+/// search again.
 fn call_back(seed: u64, budget: u64) -> Vec<(MissionTime, Command)> {
     let mut random = stream(seed, Purpose::Soak, 3);
     if !random.random_ratio(1, 4) {
@@ -121,9 +123,9 @@ fn call_back(seed: u64, budget: u64) -> Vec<(MissionTime, Command)> {
     }
     let (back, on) = interval(&mut random, budget);
     let at = |seconds| MissionTime::START + Duration::from_secs_f64(seconds);
-    let mut commands = vec![(at(back), Command::Team(TeamOrder::Return))];
-    commands.extend(random.random::<bool>().then(|| (at(on), Command::Team(TeamOrder::Search))));
-    commands
+    let on = random.random::<bool>().then(|| (at(on), Command::Team(TeamOrder::Search)));
+    let order = if random.random() { TeamOrder::Return } else { TeamOrder::End };
+    iter::once((at(back), Command::Team(order))).chain(on).collect()
 }
 
 /// In every third search the operator gives orders to single robots.

@@ -1,0 +1,35 @@
+import { element } from "./panel.js";
+import { named } from "./orders.js";
+export class EndForm {
+    dialog = element("end-form", HTMLDialogElement);
+    given;
+    constructor() {
+        this.dialog.addEventListener("keydown", (event) => event.stopPropagation());
+        this.dialog.addEventListener("close", () => {
+            if (this.dialog.returnValue === "done")
+                this.given?.();
+        });
+    }
+    open(mission, given) {
+        this.given = given;
+        const awaited = mission?.frame?.ending;
+        const [title, text, done] = awaited === undefined ? FIRST : now(awaited);
+        element("end-title", HTMLElement).textContent = title;
+        element("end-text", HTMLElement).textContent = text;
+        element("end-done", HTMLButtonElement).textContent = done;
+        this.dialog.returnValue = "";
+        this.dialog.showModal();
+        element("end-cancel", HTMLButtonElement).focus();
+    }
+}
+const FIRST = [
+    "End the mission?",
+    "All robots return to their bases. Once they are back the recording is finished, and nothing can be ordered any more. Until then they can be resumed.",
+    "End mission",
+];
+function now(awaited) {
+    const text = "The recording is finished, and nothing can be ordered any more. Robots that are not back still return to their bases; what they have not told is not recorded.";
+    if (awaited.length === 0)
+        return ["End now?", text, "End now"];
+    return [`End now, without ${named(awaited)}?`, text, "End now"];
+}
