@@ -3,27 +3,41 @@
 //! An object is declared when its probability reaches `detection_threshold`. It stays declared while the evidence
 //! fluctuates, and is withdrawn only when its probability falls below one half.
 //!
+//! A declaration is dated by the reading that warrants it, in the order in which readings were taken, if that is known later
+//! than a heartbeat after: a coordinator that has started again, or receives what a robot saw while it was away, dates finds as
+//! if it had received all at once.
+//!
 //! This probability is that of the cell by its own readings, also in a search for one subject
 //! ([`dragnet_search::one_subject`]): a cell is declared because something was seen there, never because the subject is
 //! nowhere else. If two cells are declared, their posterior says which of them it is.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dragnet_proto::message::Detection;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::belief::Belief;
+use dragnet_search::belief::{Belief, probability};
 use dragnet_search::cell::Cell;
+use dragnet_search::evidence::{CellEvidence, Reading};
 use dragnet_search::reach::Reach;
 use dragnet_search::terrain::Terrain;
 
 /// Below this probability a declaration is withdrawn, unless `detection_threshold` itself is lower.
 pub const WITHDRAWN_BELOW: f64 = 0.5;
 
+/// A reading, and when it was taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Dated {
+    /// When it was taken, by the robot's clock.
+    pub time: MissionTime,
+    /// The reading.
+    pub reading: Reading,
+}
+
 /// All declared objects.
 #[derive(Clone, Debug)]
 pub struct Declarations {
     detection_threshold: f64,
-    /// When each was declared.
+    /// Since when each is declared.
     declared: BTreeMap<Cell, MissionTime>,
 }
 
@@ -45,7 +59,7 @@ impl Declarations {
         for cell in cells {
             let probability = belief.probability(cell);
             if self.declared.contains_key(&cell) {
-                if probability < self.detection_threshold.min(WITHDRAWN_BELOW) {
+                if probability < self.withdrawn_below() {
                     self.declared.remove(&cell);
                     has_changed = true;
                 }
@@ -55,6 +69,43 @@ impl Declarations {
             }
         }
         has_changed
+    }
+
+    /// Dates the declarations of these cells that are later than these readings, which are all that a log has of them.
+    pub fn date(&mut self, belief: &Belief, known: impl Iterator<Item = Dated>, cells: &BTreeSet<Cell>) {
+        let mut readings: BTreeMap<Cell, Vec<Dated>> = BTreeMap::new();
+        for dated in known.filter(|dated| cells.contains(&dated.reading.cell)) {
+            readings.entry(dated.reading.cell).or_default().push(dated);
+        }
+        for (cell, mut readings) in readings {
+            readings.sort_by_key(|dated| dated.time);
+            let all =
+                readings.iter().fold(CellEvidence::default(), |sum, it| sum.plus(it.reading.evidence()));
+            // Marks and verdicts have no place in this order: they count from the start.
+            let mut nats = belief.log_odds_nats(cell) - all.log_likelihood_ratio_nats();
+            let mut since = None;
+            for Dated { time, reading } in readings {
+                nats += reading.evidence().log_likelihood_ratio_nats();
+                since = match probability(nats) {
+                    it if it >= self.detection_threshold => since.or(Some(time)),
+                    it if it < self.withdrawn_below() => None,
+                    _ => since,
+                };
+            }
+            if let (Some(declared), Some(since)) = (self.declared.get_mut(&cell), since) {
+                *declared = since;
+            }
+        }
+    }
+
+    /// Whether an object is declared in a cell, and that later than at this time.
+    #[must_use]
+    pub fn is_later(&self, cell: Cell, time: MissionTime) -> bool {
+        self.declared.get(&cell).is_some_and(|&declared| declared > time)
+    }
+
+    fn withdrawn_below(&self) -> f64 {
+        self.detection_threshold.min(WITHDRAWN_BELOW)
     }
 
     /// Whether an object is declared in a cell.
@@ -82,8 +133,6 @@ impl Declarations {
 
 #[cfg(test)]
 mod tests {
-    use dragnet_search::evidence::Reading;
-
     use super::*;
 
     const TAU: f64 = 0.95;

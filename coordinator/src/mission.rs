@@ -35,7 +35,7 @@ use dragnet_search::terrain::Terrain;
 
 use self::early::Early;
 use self::own::Own;
-use crate::declaration::Declarations;
+use crate::declaration::{Dated, Declarations};
 use crate::ending::Resting;
 use crate::finds::{Find, finds};
 use crate::liveness::{Liveness, Presence};
@@ -396,7 +396,26 @@ impl Mission {
             }
         }
         let readings = observations.iter().flat_map(|observation| &observation.readings);
-        self.declarations.review(now, self.replica.knowledge().belief(), readings.map(|reading| reading.cell))
+        let belief = self.replica.knowledge().belief();
+        let has_changed = self.declarations.review(now, belief, readings.map(|reading| reading.cell));
+        self.date(observations);
+        has_changed
+    }
+
+    /// Dates declarations of cells of which new observations are older than a heartbeat, by all that is known of these cells.
+    fn date(&mut self, observations: &[Arc<Observation>]) {
+        let is_later = |dated: &Dated| {
+            self.declarations.is_later(dated.reading.cell, dated.time + self.config.heartbeat)
+        };
+        let later = observations.iter().flat_map(dated).filter(is_later);
+        let cells: BTreeSet<Cell> = later.map(|dated| dated.reading.cell).collect();
+        if cells.is_empty() {
+            return;
+        }
+        let knowledge = self.replica.knowledge();
+        let versions = knowledge.versions();
+        let known = versions.iter().flat_map(|version| knowledge.log().since(version.origin, 0));
+        self.declarations.date(knowledge.belief(), known.flat_map(dated), &cells);
     }
 
     fn locate(&mut self, robot: RobotId, cell: Cell, time: MissionTime, outcome: &mut Outcome) {
@@ -451,6 +470,12 @@ impl Mission {
         self.next_belief = now + self.config.belief_period;
         outcome.records.push(Record::Belief(Arc::new(self.shown_belief())));
     }
+}
+
+/// An observation's readings with its time.
+fn dated(observation: &Arc<Observation>) -> impl Iterator<Item = Dated> + '_ {
+    let time = MissionTime(observation.time_ns);
+    observation.readings.iter().map(move |&reading| Dated { time, reading })
 }
 
 #[cfg(test)]

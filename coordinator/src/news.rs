@@ -1,10 +1,11 @@
-//! Orders, zones, marks and verdicts that the coordinator shows for the first time: the operator gives them now, or robots knew them.
+//! Finds, orders, zones, marks and verdicts that the coordinator shows for the first time: they are of now, or robots knew them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::marks::{MarkId, Marked, Marks};
+use dragnet_proto::message::{Detection, MissionStatus};
 use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrders};
 use dragnet_proto::verdict::{Verdict, Verdicts};
@@ -14,7 +15,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
-/// When the operator gave what the coordinator shows for the first time.
+/// When that was what the coordinator shows for the first time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Given {
     /// Now.
@@ -97,6 +98,15 @@ pub fn marks(
         let given = Given::at(entry.number, shown);
         (id, entry, given)
     })
+}
+
+/// Objects that a status declares and the one before did not; `before` are the cells of those.
+pub fn declared<'a>(
+    before: &'a BTreeSet<Cell>,
+    status: &'a MissionStatus,
+) -> impl Iterator<Item = (&'a Detection, Given)> {
+    let new = status.declared.iter().filter(|object| !before.contains(&object.cell));
+    new.map(|object| (object, Given::at(object.time_ns, MissionTime(status.time_ns))))
 }
 
 /// Verdicts that are news in a report that the coordinator shows at a time.

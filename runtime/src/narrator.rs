@@ -229,15 +229,14 @@ impl Narrator {
         let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
         let before = std::mem::replace(&mut self.found, declared);
         self.declared.clone_from(&status.declared);
-        let new = status.declared.iter().filter(|object| !before.contains(&object.cell)).map(|object| {
-            if self.is_for_one {
-                return format!("declared: {}", self.find(object));
-            }
-            format!(
-                "declared: an object at {}, probability {:.3}",
-                self.places.on_earth(object.cell),
-                object.probability
-            )
+        let new = news::declared(&before, status).filter_map(|(object, given)| {
+            let what = if self.is_for_one {
+                self.find(object)
+            } else {
+                let (place, probability) = (self.places.on_earth(object.cell), object.probability);
+                format!("an object at {place}, probability {probability:.3}")
+            };
+            Some(format!("declared{}: {what}", when(given)?))
         });
         let withdrawn = before.difference(&self.found);
         let withdrawn =
@@ -372,6 +371,9 @@ mod tests {
         let advice = "probable find (98.1 %) at [0, 3] at latitude 0.000045, longitude 2.000314, not confirmed by hand: \
                       look before you stand down";
         assert_eq!(narrator.declares(&status), [format!("declared: {advice}")]);
+        let mut again = Narrator::new(Participant::Coordinator, scenario.places());
+        let status = MissionStatus { time_ns: 120_000_000_000, ..status };
+        assert_eq!(again.declares(&status), [format!("declared before, at 0.0 s: {advice}")]);
         narrator.ending.receive(RobotId::FIRST, Activity::Cleared);
         assert!(narrator.end()[0].ends_with(&format!("objects declared: 1; {advice}")));
     }

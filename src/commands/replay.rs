@@ -207,15 +207,15 @@ impl Teller {
         lines.extend(self.alive.difference(&alive).map(|robot| format!("robot {robot}  is lost")));
         self.alive = alive;
         let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
-        let new = status.declared.iter().filter(|object| !self.declared.contains(&object.cell));
         let is_for_one = self.view.about().one_subject.is_some();
-        lines.extend(new.map(|object| {
+        lines.extend(news::declared(&self.declared, status).filter_map(|(object, given)| {
             let (place, probability) = (self.places.on_earth(object.cell), object.probability);
-            if is_for_one {
+            let what = if is_for_one {
                 format!("declared: {}", of_subject(&place, probability, self.verdicts.decision(object.cell)))
             } else {
                 format!("an object is declared at {place}, probability {probability:.4}")
-            }
+            };
+            dated(given, &what)
         }));
         let withdrawn = self.declared.difference(&declared);
         lines.extend(

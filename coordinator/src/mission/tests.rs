@@ -669,6 +669,27 @@ fn a_confirmed_find_is_never_withdrawn_and_a_restarted_coordinator_learns_of_it_
     assert!(again.verdicts().of(cell(5)) > before.verdicts().of(cell(5)));
 }
 
+#[test]
+fn a_find_is_dated_by_what_was_read_whenever_and_in_whatever_order_it_arrives() {
+    // Read at 0, 3 and 9 s: the second reading makes it a find.
+    let seen = |robot, sequence, seconds, nats| {
+        let observation = Observation::clone(&observation(robot, sequence, 5, nats));
+        Arc::new(Observation { time_ns: at(seconds).0, ..observation })
+    };
+    let seen = [seen(ONE, 0, 0, 2.0), seen(TWO, 0, 3, 4.0), seen(ONE, 1, 9, 1.0)];
+    let since = |order: [usize; 3], arrivals: [u64; 3]| {
+        let mut mission = mission();
+        for (index, seconds) in order.into_iter().zip(arrivals) {
+            see(&mut mission, at(seconds), &seen[index]);
+        }
+        mission.declared().map(|object| object.time_ns).collect::<Vec<_>>()
+    };
+    assert_eq!(since([0, 1, 2], [0, 3, 9]), [at(3).0], "at once");
+    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2]] {
+        assert_eq!(since(order, [100; 3]), [at(3).0], "{order:?}");
+    }
+}
+
 /// A robot rests, and has told so with the mission's order to all as it knows it.
 fn rests(mission: &mut Mission, now: MissionTime, robot: RobotId, seen: u64) {
     let versions = vec![Version { origin: Origin::first(robot), next: seen }];
