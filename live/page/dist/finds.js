@@ -1,7 +1,7 @@
 import { percent } from "./describe.js";
 import { clock } from "./mission.js";
 import { element } from "./panel.js";
-import { coordinates, mgrs } from "./place.js";
+import { coordinates, otherwise } from "./place.js";
 const BUTTONS = [["confirmed", "Confirm"], ["dismissed", "Dismiss"], ["undone", "Undo"]];
 export class Finds {
     map;
@@ -90,8 +90,8 @@ export class Finds {
         if (place === undefined || button === null || button === undefined)
             return;
         write(button, coordinates(mission.hello, mission.middle(object.cell)));
-        const square = mgrs(mission.hello, mission.middle(object.cell));
-        button.title = [`Show cell ${mission.name(object.cell)} on the map`, square].filter(Boolean).join("; ");
+        const other = otherwise(mission.hello, mission.middle(object.cell));
+        button.title = [`Show cell ${mission.name(object.cell)} on the map`, other].filter(Boolean).join("; ");
         button.onclick = () => this.goTo(object.cell);
         write(when, clock(object.since));
         write(robot, object.robot === null ? "operator" : String(object.robot));

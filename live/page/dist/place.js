@@ -14,22 +14,68 @@ export function spotAt(hello, [latitude, longitude]) {
     const area = (east[0] * north[1] - east[1] * north[0]) * hello.cell_meters;
     return [(down * north[1] - along * north[0]) / area, (east[0] * along - east[1] * down) / area];
 }
+const KEPT = "notation";
+const WAYS = { degrees: inDegrees, mgrs: mgrsOf, utm: utmOf };
+let notation = kept();
+export function noted() {
+    return notation;
+}
+export function note(chosen) {
+    notation = chosen;
+    try {
+        localStorage.setItem(KEPT, chosen);
+    }
+    catch {
+    }
+}
+function kept() {
+    try {
+        const kept = localStorage.getItem(KEPT);
+        return kept === "mgrs" || kept === "utm" ? kept : "degrees";
+    }
+    catch {
+        return "degrees";
+    }
+}
 export function coordinates(hello, spot) {
     const point = degrees(hello, spot);
     if (point !== undefined)
-        return point.map((number) => number.toFixed(5)).join(", ");
+        return WAYS[notation](point) ?? inDegrees(point);
     const [east, north] = spot.map((cells) => Number((cells * hello.cell_meters).toFixed(1)));
     return `${east} m east, ${north} m north`;
 }
-export function mgrs(hello, spot) {
+export function otherwise(hello, spot) {
     const point = degrees(hello, spot);
-    return point === undefined ? undefined : mgrsOf(point);
+    return point === undefined ? undefined : (notation === "degrees" ? mgrsOf(point) : inDegrees(point));
 }
-export function mgrsOf([latitude, longitude]) {
+function inDegrees(point) {
+    return point.map((number) => number.toFixed(5)).join(", ");
+}
+function square([latitude, longitude]) {
     if (Math.abs(latitude) > 80)
         return undefined;
-    const found = /^(\d+[A-Z])([A-Z]{2})(\d{5})(\d{5})$/.exec(forward([longitude, latitude]));
-    return found?.slice(1).join(" ");
+    return /^(\d+[A-Z])([A-Z]{2})(\d{5})(\d{5})$/.exec(forward([longitude, latitude]))?.slice(1);
+}
+export function mgrsOf(point) {
+    return square(point)?.join(" ");
+}
+const COLUMNS = ["ABCDEFGH", "JKLMNPQR", "STUVWXYZ"];
+const ROWS = "ABCDEFGHJKLMNPQRSTUV";
+const ROW_METERS = 100_000;
+const CYCLE_METERS = ROWS.length * ROW_METERS;
+const FALSE_NORTHING_METERS = 10_000_000;
+const METERS_PER_DEGREE = 110_900;
+export function utmOf(point) {
+    const [zone = "", letters = "", east = "", north = ""] = square(point) ?? [];
+    if (zone === "")
+        return undefined;
+    const number = Number.parseInt(zone, 10);
+    const column = 1 + (COLUMNS[(number - 1) % 3] ?? "").indexOf(letters.charAt(0));
+    const row = (ROWS.indexOf(letters.charAt(1)) + (number % 2 === 0 ? 15 : 0)) % ROWS.length;
+    const about = METERS_PER_DEGREE * point[0] + (point[0] < 0 ? FALSE_NORTHING_METERS : 0);
+    const northing = row * ROW_METERS + Number(north);
+    const cycles = Math.round((about - northing) / CYCLE_METERS);
+    return `${zone} ${column * ROW_METERS + Number(east)}E ${northing + cycles * CYCLE_METERS}N`;
 }
 export function north(hello) {
     return hello.earth === null ? 0 : Math.atan2(hello.earth.east[0], hello.earth.north[0]);

@@ -1,6 +1,6 @@
 import { describe } from "./describe.js";
 import { element } from "./panel.js";
-import { coordinates, mgrs } from "./place.js";
+import { coordinates, otherwise } from "./place.js";
 export class Readout {
     coordinates = "";
     copy = element("copy", HTMLButtonElement);
@@ -21,7 +21,7 @@ export class Readout {
         if (cell.textContent !== text)
             cell.textContent = text;
         this.coordinates = coordinates(mission.hello, spot);
-        const place = [this.coordinates, mgrs(mission.hello, spot)].filter(Boolean).join(" · ");
+        const place = [this.coordinates, otherwise(mission.hello, spot)].filter(Boolean).join(" · ");
         const output = element("coordinates", HTMLElement);
         if (output.textContent !== place) {
             output.textContent = place;

@@ -4,7 +4,7 @@ import { percent } from "./describe.js";
 import type { MapView } from "./map.js";
 import { type Declared, type Dismissed, type Frame, type Hello, type Mission, clock } from "./mission.js";
 import { element } from "./panel.js";
-import { coordinates, mgrs } from "./place.js";
+import { coordinates, otherwise } from "./place.js";
 import type { Sound } from "./sound.js";
 
 /** Gives the operator's decisions to the mission. */
@@ -109,8 +109,8 @@ export class Finds {
     const button = place?.querySelector("button");
     if (place === undefined || button === null || button === undefined) return;
     write(button, coordinates(mission.hello, mission.middle(object.cell)));
-    const square = mgrs(mission.hello, mission.middle(object.cell));
-    button.title = [`Show cell ${mission.name(object.cell)} on the map`, square].filter(Boolean).join("; ");
+    const other = otherwise(mission.hello, mission.middle(object.cell));
+    button.title = [`Show cell ${mission.name(object.cell)} on the map`, other].filter(Boolean).join("; ");
     button.onclick = () => this.goTo(object.cell);
     write(when, clock(object.since));
     write(robot, object.robot === null ? "operator" : String(object.robot));

@@ -4,6 +4,7 @@ import { BANDS, NEVER, css, placeOnScale, plainColors, shade } from "./colors.js
 import { fit } from "./chart.js";
 import type { Hello } from "./mission.js";
 import { element } from "./panel.js";
+import { type Notation, note, noted } from "./place.js";
 
 /** Labels of the scale of probability. */
 const TICKS_PERCENT = [0.001, 0.01, 0.1, 1, 10, 50, 90, 99];
@@ -26,6 +27,12 @@ export class Layers {
       const box = element(`layer-${id}`, HTMLInputElement);
       box.addEventListener("change", () => this.choose({ [id]: box.checked }));
     }
+    const notation = element("notation", HTMLSelectElement);
+    notation.value = noted();
+    notation.addEventListener("change", () => {
+      note(notation.value as Notation);
+      this.changed();
+    });
     document.addEventListener("keydown", (event) => this.key(event));
     this.show();
   }
@@ -35,6 +42,7 @@ export class Layers {
     const has = (kinds: string[]) => hello.areas.some((area) => kinds.includes(area.kind));
     element("layer-prior", HTMLInputElement).disabled = !has(["prior", "last_known_position"]);
     element("layer-areas", HTMLInputElement).disabled = hello.areas.length === 0;
+    element("notation-choice", HTMLElement).hidden = hello.earth === null;
     this.choose({ grid: hello.earth === null });
   }
 

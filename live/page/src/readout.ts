@@ -3,7 +3,7 @@
 import { describe } from "./describe.js";
 import type { Mission, Spot } from "./mission.js";
 import { element } from "./panel.js";
-import { coordinates, mgrs } from "./place.js";
+import { coordinates, otherwise } from "./place.js";
 
 export class Readout {
   private coordinates = "";
@@ -26,7 +26,7 @@ export class Readout {
     const cell = element("cell", HTMLElement);
     if (cell.textContent !== text) cell.textContent = text;
     this.coordinates = coordinates(mission.hello, spot);
-    const place = [this.coordinates, mgrs(mission.hello, spot)].filter(Boolean).join(" · ");
+    const place = [this.coordinates, otherwise(mission.hello, spot)].filter(Boolean).join(" · ");
     const output = element("coordinates", HTMLElement);
     if (output.textContent !== place) {
       output.textContent = place;

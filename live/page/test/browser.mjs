@@ -3,6 +3,7 @@
 
 import assert from "node:assert/strict";
 
+import { utmOf } from "../dist/place.js";
 import { spread } from "../dist/spread.js";
 import { basemap, planOnBasemap } from "./basemap.mjs";
 import {
@@ -288,9 +289,45 @@ async function earth() {
     await page.keyboard.press("Escape");
     await until("measuring ends", async () => (await text(page, "measured")) === "");
 
+    await notations(page);
     await zooms(page);
     await layers(page);
   });
+}
+
+/** Places on both hemispheres, in zones that are wider, and near the equator, by the package `utm` 0.9 for Python: meters rounded down. */
+const UTM = [
+  [[49.2365, -2.23959], "30U 555354E 5454025N"],
+  [[-33.8688, 151.2093], "56H 334368E 6250948N"],
+  [[60.39, 5.32], "32V 297230E 6700510N"],
+  [[78.22, 15.65], "33X 514813E 8683004N"],
+  [[0.0001, -78.5], "17N 778276E 11N"],
+  [[-0.0001, 36.8], "37M 255134E 9999988N"],
+  [[-54.8, -68.3], "19F 545000E 3927239N"],
+];
+
+/** Coordinates are written as the viewer chooses, and so again when the page is opened anew. */
+async function notations(page) {
+  for (const [point, expected] of UTM) assert.equal(utmOf(point), expected);
+  await moveTo(page, 0, 0);
+  const [degrees, square] = (await text(page, "coordinates")).split(" · ");
+  const [, , east, north] = square.split(" ");
+  const choose = async (notation) => {
+    await page.locator("#layers summary").click();
+    await page.locator("#notation").selectOption(notation);
+    await page.locator("#layers summary").click();
+  };
+  await choose("utm");
+  const utm = new RegExp(`^30U \\d${east}E \\d\\d${north}N · ${degrees}$`);
+  await until("UTM", async () => utm.test(await text(page, "coordinates")));
+  await page.reload();
+  await until("robots are drawn", async () => (await seconds(page)) > 20);
+  await moveTo(page, 0, 0);
+  await until("UTM again", async () => utm.test(await text(page, "coordinates")));
+  await choose("mgrs");
+  await until("MGRS", async () => (await text(page, "coordinates")) === `${square} · ${degrees}`);
+  await choose("degrees");
+  await until("degrees", async () => (await text(page, "coordinates")) === `${degrees} · ${square}`);
 }
 
 async function zooms(page) {
