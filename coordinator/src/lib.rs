@@ -1,11 +1,11 @@
 //! The coordinator: declares finds, tracks which robots are alive, and records the mission.
 //!
 //! - [`mission`]: the state machine, made of [`declaration`], [`liveness`], [`track`] and [`ending`];
-//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`recording`]: recording that tolerates
-//!   a full disk;
+//! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`record::encoder`]: its messages, which
+//!   viewers of a running mission get too; [`recording`]: recording that tolerates a full disk;
 //! - [`inspect`], [`recover`]: inspection and repair of recordings;
 //! - [`playback`]: reads a recording as a list of records; [`fold`]: computes the state of a mission from records;
-//! - [`news`]: orders and verdicts that are given now, or were before;
+//! - [`news`]: finds, orders and verdicts that are of now, or were before;
 //! - [`bag`]: recordings made by ROS 2.
 //!
 //! Robots continue to search without a coordinator.

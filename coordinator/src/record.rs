@@ -29,30 +29,26 @@
 //! of its sender. The same records make the same bytes.
 
 mod channels;
-pub(crate) mod topic;
+pub mod encoder;
+pub mod topic;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_proto::directive::Directive;
-use dragnet_proto::dragnet_msgs as wire;
-use dragnet_proto::message::{Detection, MarkReport, MissionStatus, OrderReport, VerdictReport, ZoneReport};
-use dragnet_ros2::schema::RosMessage;
-use dragnet_ros2::viewer::Viewer;
+use dragnet_proto::message::{MarkReport, OrderReport, VerdictReport, ZoneReport};
 use dragnet_scenario::map_file::{Earth, MapOrigin};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
-use dragnet_search::cell::Cell;
-use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 use mcap::records::AttachmentHeader;
 use mcap::write::Metadata;
 
-use self::channels::{Channels, Encoded, UnixTimes};
-use self::topic::{RobotTopic, Topic};
+use self::channels::Channels;
+use self::encoder::{Encoded, Encoder};
 use crate::mcap_file::write::{LiveMcapWriter, McapWriter};
 use crate::mcap_file::{RecordingError, chunk};
 use crate::mission::Record;
@@ -115,19 +111,11 @@ pub struct Recorder {
     path: PathBuf,
     header: Header,
     file: LiveMcapWriter,
+    encoder: Encoder,
     channels: Channels,
-    /// Cells and times, nanoseconds, of the objects declared at the last status.
-    declared: BTreeSet<(Cell, u64)>,
     /// The directive of the last status.
     directive: Directive,
     next_flush: MissionTime,
-}
-
-/// When the coordinator received a message, and when its sender published it.
-#[derive(Clone, Copy)]
-struct Times {
-    logged: MissionTime,
-    published: MissionTime,
 }
 
 impl Recorder {
@@ -161,10 +149,10 @@ impl Recorder {
     fn begin(path: PathBuf, file: LiveMcapWriter, header: Header) -> Result<Self, RecordingError> {
         let mut recorder = Self {
             path,
+            encoder: Encoder::new(&header),
             header,
             file,
             channels: Channels::default(),
-            declared: BTreeSet::new(),
             directive: Directive::default(),
             next_flush: MissionTime::START + FLUSH_PERIOD,
         };
@@ -173,8 +161,7 @@ impl Recorder {
     }
 
     fn put_header(&mut self) -> Result<(), RecordingError> {
-        let start = MissionTime::START;
-        let opening = self.opening();
+        let opening = self.encoder.opening(&self.header.prior);
         self.attach_beginning(&opening)?;
         let metadata = Metadata { name: RUN_METADATA.into(), metadata: self.header.run.clone() };
         self.file.metadata(&metadata)?;
@@ -185,8 +172,7 @@ impl Recorder {
             self.file.metadata(&metadata)?;
             self.attach(AREAS_ATTACHMENT, "application/geo+json", areas.as_bytes())?;
         }
-        let times = Times { logged: start, published: start };
-        opening.iter().try_for_each(|message| self.put_encoded(times, message))?;
+        self.put(&opening)?;
         self.file.flush()
     }
 
@@ -213,44 +199,8 @@ impl Recorder {
     /// If it cannot be written, for example when the disk has been full for so long that no more can wait in memory.
     /// What was flushed before stays readable, but nothing more can be recorded.
     pub fn record(&mut self, now: MissionTime, record: &Record) -> Result<(), RecordingError> {
-        let at = |time_ns| Times { logged: now, published: MissionTime(time_ns) };
-        match record {
-            Record::Observation(observation) => {
-                let topic = Topic::Robot(observation.origin.source, RobotTopic::Observation);
-                self.put(topic, at(observation.time_ns), &wire::Observation::from(&**observation))?;
-            }
-            Record::Intent(intent) => {
-                let topic = Topic::Robot(intent.robot.into(), RobotTopic::Intent);
-                self.put(topic, at(intent.time_ns), &wire::Intent::from(intent))?;
-            }
-            Record::Heartbeat(heartbeat) => {
-                let topic = Topic::Robot(heartbeat.robot.into(), RobotTopic::Heartbeat);
-                self.put(topic, at(heartbeat.time_ns), &wire::Heartbeat::from(heartbeat))?;
-            }
-            Record::Pose { robot, cell, time } => self.put_pose(at(time.0), *robot, *cell)?,
-            Record::Plan { robot, path } => {
-                let path = self.viewer().path(path, now);
-                self.put(Topic::Robot((*robot).into(), RobotTopic::Path), at(now.0), &path)?;
-            }
-            Record::Status(status) => self.put_status(now, status)?,
-            Record::Verdicts(report) => {
-                let topic = Topic::Robot(report.from.into(), RobotTopic::Verdicts);
-                self.put(topic, at(report.time_ns), &wire::Verdicts::from(report))?;
-            }
-            Record::Orders(report) => {
-                let topic = Topic::Robot(report.from.into(), RobotTopic::Orders);
-                self.put(topic, at(report.time_ns), &wire::Orders::from(report))?;
-            }
-            Record::Marks(report) => {
-                let topic = Topic::Robot(report.from.into(), RobotTopic::Marks);
-                self.put(topic, at(report.time_ns), &wire::Marks::from(report))?;
-            }
-            Record::Zones(report) => {
-                let topic = Topic::Robot(report.from.into(), RobotTopic::Zones);
-                self.put(topic, at(report.time_ns), &wire::Zones::from(report))?;
-            }
-            Record::Belief(belief) => self.put_belief(now, belief)?,
-        }
+        let messages = self.encoder.encode(now, record);
+        self.put(&messages)?;
         if self.is_of_operator(record) {
             return self.flush();
         }
@@ -300,16 +250,12 @@ impl Recorder {
     /// As [`Recorder::record`].
     pub fn finish(mut self, summary: BTreeMap<String, String>) -> Result<(), RecordingError> {
         self.file.metadata(&Metadata { name: SUMMARY_METADATA.into(), metadata: summary })?;
-        self.attach_beginning(&self.opening())?;
+        self.attach_beginning(&self.encoder.opening(&self.header.prior))?;
         self.file.finish()
     }
 
-    fn viewer(&self) -> Viewer<'_> {
-        Viewer::new(&self.header.terrain, self.header.origin, self.header.start_unix_ns)
-    }
-
     fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), RecordingError> {
-        let start = self.unix_ns(MissionTime::START);
+        let start = self.encoder.unix_ns(MissionTime::START);
         let header = AttachmentHeader {
             log_time: start,
             create_time: start,
@@ -317,13 +263,6 @@ impl Recorder {
             media_type: media_type.into(),
         };
         self.file.attach(&header, data)
-    }
-
-    /// The map and the belief before any reading.
-    fn opening(&self) -> [Encoded; 3] {
-        let [percent, probability] = self.belief(MissionTime::START, &self.header.prior);
-        let map = self.viewer().terrain(MissionTime::START);
-        [Encoded::new(Topic::Map, &map), percent, probability]
     }
 
     fn attach_beginning(&mut self, opening: &[Encoded]) -> Result<(), RecordingError> {
@@ -335,9 +274,7 @@ impl Recorder {
         let mut bytes = Vec::new();
         let mut file = McapWriter::plain(&self.path, &mut bytes, PROFILE, LIBRARY)?;
         let mut channels = Channels::default();
-        let start = self.unix_ns(MissionTime::START);
-        let times = UnixTimes { logged: start, published: start };
-        opening.iter().try_for_each(|message| channels.put(&mut file, times, message))?;
+        opening.iter().try_for_each(|message| channels.put(&mut file, message))?;
         file.finish()?;
         chunk::pack(&bytes).map_err(|source| RecordingError::Write {
             path: self.path.clone(),
@@ -346,51 +283,8 @@ impl Recorder {
         })
     }
 
-    fn belief(&self, now: MissionTime, belief: &Belief) -> [Encoded; 2] {
-        let (viewer, probabilities) = (self.viewer(), belief.probabilities());
-        [
-            Encoded::new(Topic::Belief, &viewer.belief(&probabilities, now)),
-            Encoded::new(Topic::BeliefProbability, &viewer.probability(&probabilities, now)),
-        ]
-    }
-
-    fn put_belief(&mut self, now: MissionTime, belief: &Belief) -> Result<(), RecordingError> {
-        let times = Times { logged: now, published: now };
-        self.belief(now, belief).iter().try_for_each(|message| self.put_encoded(times, message))
-    }
-
-    fn put_pose(&mut self, times: Times, robot: RobotId, cell: Cell) -> Result<(), RecordingError> {
-        let pose = self.viewer().pose(cell, times.published);
-        self.put(Topic::Robot(robot.into(), RobotTopic::Pose), times, &pose)?;
-        let transform = self.viewer().map_from_robot(robot, cell, times.published);
-        self.put(Topic::Transforms, times, &transform)
-    }
-
-    /// Objects declared since the last status are recorded once each.
-    fn put_status(&mut self, now: MissionTime, status: &MissionStatus) -> Result<(), RecordingError> {
-        let times = Times { logged: now, published: MissionTime(status.time_ns) };
-        let name = |object: &Detection| (object.cell, object.time_ns);
-        let before = std::mem::replace(&mut self.declared, status.declared.iter().map(name).collect());
-        for object in status.declared.iter().filter(|object| !before.contains(&name(object))) {
-            self.put(Topic::Objects, times, &wire::Detection::from(object))?;
-        }
-        self.put(Topic::MissionStatus, times, &wire::MissionStatus::from(status))
-    }
-
-    fn put<T: RosMessage>(&mut self, topic: Topic, times: Times, message: &T) -> Result<(), RecordingError> {
-        self.put_encoded(times, &Encoded::new(topic, message))
-    }
-
-    fn put_encoded(&mut self, times: Times, message: &Encoded) -> Result<(), RecordingError> {
-        let times =
-            UnixTimes { logged: self.unix_ns(times.logged), published: self.unix_ns(times.published) };
-        self.channels.put(&mut self.file, times, message)
-    }
-
-    /// MCAP counts from 1970 on.
-    fn unix_ns(&self, time: MissionTime) -> u64 {
-        let unix_ns = i128::from(self.header.start_unix_ns) + i128::from(time.0);
-        u64::try_from(unix_ns.max(0)).unwrap_or(u64::MAX)
+    fn put(&mut self, messages: &[Encoded]) -> Result<(), RecordingError> {
+        messages.iter().try_for_each(|message| self.channels.put(&mut self.file, message))
     }
 }
 

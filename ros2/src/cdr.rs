@@ -7,6 +7,8 @@ use byteorder::LittleEndian;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// The name of these bytes in MCAP and Foxglove.
+pub const ENCODING: &str = "cdr";
 /// The maximum size of a message that is decoded: one byte per cell of the largest map, or a full sync reply of the
 /// widest sensor.
 pub const MAX_BYTES: usize = (1 << 24) + HEADER.len() + 1024;

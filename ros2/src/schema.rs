@@ -11,6 +11,8 @@ use serde::Serialize;
 
 use crate::wire::{robot as robots, standard as others, vision};
 
+/// The encoding of schemas, as MCAP and Foxglove name it.
+pub const ENCODING: &str = "ros2msg";
 /// Width of the separator between the definitions of a schema.
 const SEPARATOR_WIDTH: usize = 80;
 

@@ -6,6 +6,7 @@ use std::io::{self, BufWriter, ErrorKind, Write};
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 
+use dragnet_ros2::{cdr, schema};
 use mcap::records::{AttachmentHeader, MessageHeader, SchemaHeader};
 use mcap::write::{Metadata, NoSeek};
 use mcap::{Attachment, Compression, McapError, McapResult, WriteOptions, Writer};
@@ -109,14 +110,13 @@ impl<W: Write> McapWriter<W> {
     pub(crate) fn add_topic(
         &mut self,
         topic: &str,
-        schema: (&str, &str),
+        (name, text): (&str, &str),
         metadata: &BTreeMap<String, String>,
     ) -> Result<u16, RecordingError> {
-        let (name, text) = schema;
         let channel = self
             .writer
-            .add_schema(name, "ros2msg", text.as_bytes())
-            .and_then(|schema| self.writer.add_channel(schema, topic, "cdr", metadata));
+            .add_schema(name, schema::ENCODING, text.as_bytes())
+            .and_then(|id| self.writer.add_channel(id, topic, cdr::ENCODING, metadata));
         self.named(channel, || format!("the topic {topic}"))
     }
 

@@ -3,35 +3,12 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use dragnet_ros2::schema::RosMessage;
 use mcap::records::MessageHeader;
 
+use super::encoder::{Encoded, UnixTimes};
 use super::topic::Topic;
 use crate::mcap_file::RecordingError;
 use crate::mcap_file::write::McapWriter;
-
-/// A message as it is recorded.
-pub(crate) struct Encoded {
-    topic: Topic,
-    /// Name of its definition.
-    name: &'static str,
-    /// Text of its definition, which is long.
-    schema: fn() -> String,
-    data: Vec<u8>,
-}
-
-impl Encoded {
-    pub(crate) fn new<T: RosMessage>(topic: Topic, message: &T) -> Self {
-        Self { topic, name: T::NAME, schema: T::schema, data: message.to_cdr() }
-    }
-}
-
-/// When a message was received, and when its sender published it: Unix time, nanoseconds.
-#[derive(Clone, Copy)]
-pub(crate) struct UnixTimes {
-    pub(crate) logged: u64,
-    pub(crate) published: u64,
-}
 
 /// The channels of a file in progress.
 #[derive(Default)]
@@ -49,24 +26,28 @@ impl Channels {
     pub(crate) fn put<W: Write>(
         &mut self,
         file: &mut McapWriter<W>,
-        times: UnixTimes,
         message: &Encoded,
     ) -> Result<(), RecordingError> {
-        let Encoded { topic, name, schema, data } = message;
-        let channel = match self.0.get(topic) {
+        let topic = message.topic();
+        let channel = match self.0.get(&topic) {
             Some(&known) => known,
             None => Channel {
-                id: file.add_topic(&topic.to_string(), (name, &schema()), &topic.metadata())?,
+                id: file.add_topic(
+                    &topic.to_string(),
+                    (message.schema_name(), &message.schema()),
+                    &topic.metadata(),
+                )?,
                 messages: 0,
             },
         };
-        self.0.insert(*topic, Channel { messages: channel.messages.wrapping_add(1), ..channel });
+        self.0.insert(topic, Channel { messages: channel.messages.wrapping_add(1), ..channel });
+        let UnixTimes { logged, published } = message.times();
         let header = MessageHeader {
             channel_id: channel.id,
             sequence: channel.messages,
-            log_time: times.logged,
-            publish_time: times.published,
+            log_time: logged,
+            publish_time: published,
         };
-        file.message(&header, data)
+        file.message(&header, message.data())
     }
 }

@@ -7,7 +7,7 @@ use dragnet_search::observation::Source;
 
 /// The topic of a message in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Topic {
+pub enum Topic {
     /// The ground, `nav_msgs/msg/OccupancyGrid`.
     Map,
     /// The belief in percent, `nav_msgs/msg/OccupancyGrid`.
@@ -26,7 +26,7 @@ pub(crate) enum Topic {
 
 /// The topics of each robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum RobotTopic {
+pub enum RobotTopic {
     /// `geometry_msgs/msg/PoseStamped`.
     Pose,
     /// The plan, `nav_msgs/msg/Path`.
@@ -50,6 +50,12 @@ pub(crate) enum RobotTopic {
 impl Topic {
     const ROBOTS: &str = "/robots/";
     pub(crate) const MISSION_STATUS: &str = "/mission/status";
+
+    /// Whether its messages report events; those of all other topics are the state of something, which the next one
+    /// replaces.
+    pub(crate) const fn is_of_events(self) -> bool {
+        matches!(self, Self::Objects | Self::Robot(_, RobotTopic::Observation))
+    }
 
     /// Metadata of the channel: the quality of service with which `ros2 bag play` offers it.
     pub(crate) fn metadata(self) -> BTreeMap<String, String> {

@@ -1,0 +1,230 @@
+//! The mission as messages that viewers read: each with its topic, its definition, its times and its bytes.
+//!
+//! A recording holds them, and viewers of a running mission get the same: the same records make the same messages.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use dragnet_proto::dragnet_msgs as wire;
+use dragnet_proto::message::{Detection, MissionStatus};
+pub use dragnet_ros2::cdr::ENCODING as MESSAGE_ENCODING;
+pub use dragnet_ros2::schema::ENCODING as SCHEMA_ENCODING;
+use dragnet_ros2::schema::RosMessage;
+use dragnet_ros2::viewer::Viewer;
+use dragnet_scenario::map_file::MapOrigin;
+use dragnet_scenario::time::MissionTime;
+use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
+use dragnet_search::observation::RobotId;
+use dragnet_search::terrain::Terrain;
+
+use super::Header;
+use super::topic::{RobotTopic, Topic};
+use crate::mission::Record;
+use crate::node::Listener;
+
+/// A message as viewers read it.
+#[derive(Clone, Debug)]
+pub struct Encoded {
+    topic: Topic,
+    /// The robot whose transform it is; messages of other topics have none.
+    transformed: Option<RobotId>,
+    schema_name: &'static str,
+    /// Text of its definition, which is long.
+    schema: fn() -> String,
+    times: UnixTimes,
+    data: Vec<u8>,
+}
+
+/// When a message was received, and when its sender published it: Unix time, nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnixTimes {
+    /// When the coordinator received it.
+    pub logged: u64,
+    /// When its sender published it.
+    pub published: u64,
+}
+
+/// What a message is the state of: the next one with the same replaces it.
+pub type StateOf = (Topic, Option<RobotId>);
+
+impl Encoded {
+    /// Its topic.
+    #[must_use]
+    pub const fn topic(&self) -> Topic {
+        self.topic
+    }
+
+    /// Package, `msg` and name of its definition, such as `nav_msgs/msg/OccupancyGrid`.
+    #[must_use]
+    pub const fn schema_name(&self) -> &'static str {
+        self.schema_name
+    }
+
+    /// Text of its definition and of those in it, in [`SCHEMA_ENCODING`].
+    #[must_use]
+    pub fn schema(&self) -> String {
+        (self.schema)()
+    }
+
+    /// When it was received and published.
+    #[must_use]
+    pub const fn times(&self) -> UnixTimes {
+        self.times
+    }
+
+    /// Its bytes, in [`MESSAGE_ENCODING`].
+    #[must_use]
+    pub fn data(&self) -> &[u8] {
+        &self.data
+    }
+
+    /// Its bytes.
+    #[must_use]
+    pub fn into_data(self) -> Vec<u8> {
+        self.data
+    }
+
+    /// What it is the state of: a viewer that comes later needs the newest message of each. `None` if it reports an event.
+    #[must_use]
+    pub const fn state_of(&self) -> Option<StateOf> {
+        if self.topic.is_of_events() { None } else { Some((self.topic, self.transformed)) }
+    }
+}
+
+/// Makes the messages of one mission.
+pub struct Encoder {
+    start_unix_ns: i64,
+    terrain: Arc<Terrain>,
+    origin: MapOrigin,
+    /// Cells and times, nanoseconds, of the objects declared at the last status.
+    declared: BTreeSet<(Cell, u64)>,
+}
+
+/// When the coordinator received a message, and when its sender published it.
+#[derive(Clone, Copy)]
+struct Times {
+    logged: MissionTime,
+    published: MissionTime,
+}
+
+impl Encoder {
+    /// For the mission that a header describes.
+    #[must_use]
+    pub fn new(header: &Header) -> Self {
+        Self {
+            start_unix_ns: header.start_unix_ns,
+            terrain: Arc::clone(&header.terrain),
+            origin: header.origin,
+            declared: BTreeSet::new(),
+        }
+    }
+
+    /// The map and the belief before any reading.
+    #[must_use]
+    pub fn opening(&self, prior: &Belief) -> Vec<Encoded> {
+        let (start, map) = (MissionTime::START, self.viewer().terrain(MissionTime::START));
+        let map = self.message(Topic::Map, Times { logged: start, published: start }, &map);
+        std::iter::once(map).chain(self.belief(start, prior)).collect()
+    }
+
+    /// The messages of a record, which the coordinator makes at this time.
+    pub fn encode(&mut self, now: MissionTime, record: &Record) -> Vec<Encoded> {
+        let at = |time_ns| Times { logged: now, published: MissionTime(time_ns) };
+        match record {
+            Record::Observation(observation) => {
+                let topic = Topic::Robot(observation.origin.source, RobotTopic::Observation);
+                vec![self.message(topic, at(observation.time_ns), &wire::Observation::from(&**observation))]
+            }
+            Record::Intent(intent) => {
+                let topic = Topic::Robot(intent.robot.into(), RobotTopic::Intent);
+                vec![self.message(topic, at(intent.time_ns), &wire::Intent::from(intent))]
+            }
+            Record::Heartbeat(heartbeat) => {
+                let topic = Topic::Robot(heartbeat.robot.into(), RobotTopic::Heartbeat);
+                vec![self.message(topic, at(heartbeat.time_ns), &wire::Heartbeat::from(heartbeat))]
+            }
+            Record::Pose { robot, cell, time } => self.pose(at(time.0), *robot, *cell),
+            Record::Plan { robot, path } => {
+                let path = self.viewer().path(path, now);
+                vec![self.message(Topic::Robot((*robot).into(), RobotTopic::Path), at(now.0), &path)]
+            }
+            Record::Status(status) => self.status(now, status),
+            Record::Verdicts(report) => {
+                let topic = Topic::Robot(report.from.into(), RobotTopic::Verdicts);
+                vec![self.message(topic, at(report.time_ns), &wire::Verdicts::from(report))]
+            }
+            Record::Orders(report) => {
+                let topic = Topic::Robot(report.from.into(), RobotTopic::Orders);
+                vec![self.message(topic, at(report.time_ns), &wire::Orders::from(report))]
+            }
+            Record::Marks(report) => {
+                let topic = Topic::Robot(report.from.into(), RobotTopic::Marks);
+                vec![self.message(topic, at(report.time_ns), &wire::Marks::from(report))]
+            }
+            Record::Zones(report) => {
+                let topic = Topic::Robot(report.from.into(), RobotTopic::Zones);
+                vec![self.message(topic, at(report.time_ns), &wire::Zones::from(report))]
+            }
+            Record::Belief(belief) => self.belief(now, belief).into(),
+        }
+    }
+
+    fn belief(&self, now: MissionTime, belief: &Belief) -> [Encoded; 2] {
+        let (viewer, probabilities) = (self.viewer(), belief.probabilities());
+        let times = Times { logged: now, published: now };
+        [
+            self.message(Topic::Belief, times, &viewer.belief(&probabilities, now)),
+            self.message(Topic::BeliefProbability, times, &viewer.probability(&probabilities, now)),
+        ]
+    }
+
+    fn pose(&self, times: Times, robot: RobotId, cell: Cell) -> Vec<Encoded> {
+        let pose = self.viewer().pose(cell, times.published);
+        let transform = self.viewer().map_from_robot(robot, cell, times.published);
+        let transform = self.message(Topic::Transforms, times, &transform);
+        vec![
+            self.message(Topic::Robot(robot.into(), RobotTopic::Pose), times, &pose),
+            Encoded { transformed: Some(robot), ..transform },
+        ]
+    }
+
+    /// Objects declared since the last status are messages of their own, once each.
+    fn status(&mut self, now: MissionTime, status: &MissionStatus) -> Vec<Encoded> {
+        let times = Times { logged: now, published: MissionTime(status.time_ns) };
+        let name = |object: &Detection| (object.cell, object.time_ns);
+        let before = std::mem::replace(&mut self.declared, status.declared.iter().map(name).collect());
+        let new = status.declared.iter().filter(|object| !before.contains(&name(object)));
+        let objects = new.map(|object| self.message(Topic::Objects, times, &wire::Detection::from(object)));
+        let status = self.message(Topic::MissionStatus, times, &wire::MissionStatus::from(status));
+        objects.chain([status]).collect()
+    }
+
+    fn message<T: RosMessage>(&self, topic: Topic, times: Times, message: &T) -> Encoded {
+        let times =
+            UnixTimes { logged: self.unix_ns(times.logged), published: self.unix_ns(times.published) };
+        let (schema_name, schema) = (T::NAME, T::schema as fn() -> String);
+        Encoded { topic, transformed: None, schema_name, schema, times, data: message.to_cdr() }
+    }
+
+    fn viewer(&self) -> Viewer<'_> {
+        Viewer::new(&self.terrain, self.origin, self.start_unix_ns)
+    }
+
+    /// Viewers count from 1970 on.
+    pub(super) fn unix_ns(&self, time: MissionTime) -> u64 {
+        let unix_ns = i128::from(self.start_unix_ns) + i128::from(time.0);
+        u64::try_from(unix_ns.max(0)).unwrap_or(u64::MAX)
+    }
+}
+
+/// Receives each message of a mission.
+pub type MessageListener = Box<dyn FnMut(Encoded) + Send>;
+
+/// A listener for the coordinator's records that passes on their messages, those of the opening at once.
+#[must_use]
+pub fn telling(header: &Header, mut tell: MessageListener) -> Listener {
+    let mut encoder = Encoder::new(header);
+    encoder.opening(&header.prior).into_iter().for_each(&mut tell);
+    Box::new(move |now, record| encoder.encode(now, record).into_iter().for_each(&mut tell))
+}
