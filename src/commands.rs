@@ -15,6 +15,7 @@ mod dry_run;
 mod export;
 mod eyes;
 mod forecast;
+mod foxglove;
 mod inspect;
 mod keys;
 mod live;

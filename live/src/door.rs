@@ -3,7 +3,8 @@
 //! Otherwise idle connections, or clients that do not read, could block all others.
 
 use std::collections::BTreeMap;
-use std::net::{IpAddr, Ipv6Addr};
+use std::io;
+use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -12,6 +13,7 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
+use tokio::runtime::Runtime;
 use tokio::time::{sleep, timeout};
 
 /// Maximum number of connections, without those of viewers.
@@ -24,6 +26,16 @@ const HEAD: Duration = Duration::from_secs(10);
 const LIFE: Duration = Duration::from_mins(1);
 /// Pause after a connection could not be accepted, for example because too many files are open.
 const REST: Duration = Duration::from_millis(100);
+
+/// A runtime with this number of threads, a socket that listens, and its address: port 0 becomes a free one.
+pub(crate) fn listen(at: SocketAddr, threads: usize) -> io::Result<(Runtime, TcpListener, SocketAddr)> {
+    let listener = std::net::TcpListener::bind(at)?;
+    listener.set_nonblocking(true)?;
+    let address = listener.local_addr()?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(threads).enable_all().build()?;
+    let listener = runtime.block_on(async { TcpListener::from_std(listener) })?;
+    Ok((runtime, listener, address))
+}
 
 /// Serves until the runtime ends.
 pub(crate) async fn serve(listener: TcpListener, router: Router) {
@@ -40,7 +52,7 @@ pub(crate) async fn serve(listener: TcpListener, router: Router) {
             }
             Err(error) => {
                 if !std::mem::replace(&mut is_failing, true) {
-                    tracing::warn!("the page cannot accept a connection: {error}");
+                    tracing::warn!("a connection to the page or of Foxglove cannot be accepted: {error}");
                 }
                 sleep(REST).await;
             }

@@ -93,21 +93,39 @@ pub fn is_own_page(host: Option<&str>, origin: Option<&str>) -> bool {
     is_literal(host) && is_origin
 }
 
+/// Whether a client may read what needs no token: it is no page in a browser, or the page is of this computer or of a
+/// website in the list. Without this each website that is open in a browser here could read what only this computer can.
+#[must_use]
+pub fn may_read(origin: Option<&str>, websites: &[String]) -> bool {
+    let Some(origin) = origin else { return true };
+    let Some((scheme, host)) = origin.split_once("://") else { return false };
+    // Programs that are made of pages, such as Foxglove's, have other schemes.
+    !matches!(scheme, "http" | "https")
+        || websites.iter().any(|website| website == origin)
+        || name(host).is_some_and(|name| {
+            name == "localhost" || name.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+        })
+}
+
 fn is_literal(host: &str) -> bool {
+    name(host).is_some_and(|name| name == "localhost" || name.parse::<IpAddr>().is_ok())
+}
+
+/// The name or the number of a host, without its port.
+fn name(host: &str) -> Option<&str> {
     let is_port = |port: &str| !port.is_empty() && port.bytes().all(|byte| byte.is_ascii_digit());
-    let name = match host.strip_prefix('[') {
+    match host.strip_prefix('[') {
         Some(rest) => match rest.split_once(']') {
-            Some((name, "")) => name,
-            Some((name, port)) if port.strip_prefix(':').is_some_and(is_port) => name,
-            _ => return false,
+            Some((name, "")) => Some(name),
+            Some((name, port)) if port.strip_prefix(':').is_some_and(is_port) => Some(name),
+            _ => None,
         },
         None => match host.split_once(':') {
-            Some((name, port)) if is_port(port) => name,
-            Some(_) => return false,
-            None => host,
+            Some((name, port)) if is_port(port) => Some(name),
+            Some(_) => None,
+            None => Some(host),
         },
-    };
-    name == "localhost" || name.parse::<IpAddr>().is_ok()
+    }
 }
 
 #[cfg(test)]
@@ -132,6 +150,24 @@ mod tests {
         assert!(Token::chosen("correct-horse_battery").is_ok());
         assert!(Token::chosen("short").unwrap_err().to_string().contains("at least 16"));
         assert!(Token::chosen("sixteen letters?").is_err());
+    }
+
+    #[test]
+    fn a_website_reads_only_if_it_is_listed() {
+        let websites = ["https://app.foxglove.dev".to_owned()];
+        let check = |origin, expected| assert_eq!(may_read(origin, &websites), expected, "{origin:?}");
+        check(None, true);
+        check(Some("file://"), true);
+        check(Some("foxglove://app"), true);
+        check(Some("https://app.foxglove.dev"), true);
+        check(Some("http://localhost:8080"), true);
+        check(Some("http://127.0.0.1"), true);
+        check(Some("http://[::1]:8080"), true);
+        check(Some("http://app.foxglove.dev"), false);
+        check(Some("https://app.foxglove.dev.evil.example"), false);
+        check(Some("https://evil.example"), false);
+        check(Some("http://192.0.2.7"), false);
+        check(Some("null"), false);
     }
 
     #[test]

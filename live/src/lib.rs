@@ -7,7 +7,8 @@
 //! - [`polygon`], [`ask`], `asked`: the operator's commands, from the page's messages to the mission's events;
 //! - [`planning`]: the page on which a mission is planned, and its requests;
 //! - [`page`]: the server of the page; [`guard`] is its access control, and `door`, the only module with a socket,
-//!   limits its connections.
+//!   limits its connections;
+//! - [`foxglove`]: the same mission for Foxglove and other clients of its protocol.
 //!
 //! `page/` contains the page itself in TypeScript, and compiled for browsers in `page/dist/`.
 
@@ -17,6 +18,7 @@ mod assets;
 mod basemap;
 mod curve;
 mod door;
+pub mod foxglove;
 pub mod frame;
 pub mod guard;
 #[cfg(test)]
@@ -30,5 +32,6 @@ pub mod polygon;
 pub mod replay;
 mod searched;
 mod shared;
+mod socket;
 mod stream;
 pub mod view;

@@ -2,7 +2,7 @@
 //! token.
 
 use std::io;
-use std::net::{SocketAddr, TcpListener};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -33,6 +33,8 @@ use crate::shared::{Commanded, Running, Shared, Show, refusal};
 use crate::stream;
 use crate::view::{About, View};
 
+/// Number of threads that serve the page.
+const THREADS: usize = 2;
 /// Maximum number of viewers,
 const MOST_VIEWERS: usize = 32;
 /// and of further ones with the token.
@@ -160,20 +162,11 @@ impl Page {
         router: Router,
     ) -> Result<Self, PageError> {
         let failed = |source| PageError::Listen { listen: settings.listen, source };
-        let listener = TcpListener::bind(settings.listen).map_err(failed)?;
-        listener.set_nonblocking(true).map_err(failed)?;
-        let address = listener.local_addr().map_err(failed)?;
+        let (runtime, listener, address) = door::listen(settings.listen, THREADS).map_err(failed)?;
         let rights = match token {
             Some(token) if settings.token_file.is_none() => format!("/#token={}", token.text()),
             _ => "/".to_owned(),
         };
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(2)
-            .enable_all()
-            .build()
-            .map_err(failed)?;
-        let listener =
-            runtime.block_on(async { tokio::net::TcpListener::from_std(listener) }).map_err(failed)?;
         let map = match &settings.basemap {
             Some(file) => Some(
                 runtime

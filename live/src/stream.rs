@@ -6,31 +6,25 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::body::Bytes;
 use axum::extract::State;
-use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::{Message, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::Response;
 use dragnet_coordinator::playback::Playback;
 use dragnet_scenario::time::MissionTime;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
-use tokio::time::{Instant, sleep, sleep_until, timeout};
+use tokio::time::{Instant, sleep, timeout};
 
 use crate::frame::{Frame, Hello, Shown};
 use crate::replay::Replay;
 use crate::shared::{Running, Shared, Show, refusal};
+use crate::socket::{Gone, Viewer};
 
 /// Time between two frames.
 const PERIOD: Duration = Duration::from_millis(100);
 /// Time after which a viewer without news receives a [`Beat`]: a page without messages is out of date.
 const BEAT: Duration = Duration::from_secs(1);
-/// Time limit for sending a frame.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// Time between two pings to a viewer.
-const PING: Duration = Duration::from_secs(3);
-/// Silence after which a viewer counts as gone.
-const SILENCE: Duration = Duration::from_secs(10);
 /// The WebSocket protocol of viewers,
 const PROTOCOL: &str = "dragnet";
 /// and the prefix of the token that they may offer beside it.
@@ -52,9 +46,6 @@ impl Beat {
         Self { kind: "beat", quiet_seconds: quiet.as_secs_f64() }
     }
 }
-
-/// Why a stream ends: the viewer is gone.
-struct Gone;
 
 pub(crate) async fn open(
     State(shared): State<Arc<Shared>>,
@@ -80,47 +71,6 @@ pub(crate) async fn open(
 fn token(headers: &HeaderMap) -> Option<&str> {
     let offered = headers.get(header::SEC_WEBSOCKET_PROTOCOL)?.to_str().ok()?;
     offered.split(',').find_map(|name| name.trim().strip_prefix(TOKEN))
-}
-
-/// A viewer, and when it last answered.
-struct Viewer {
-    socket: WebSocket,
-    received: Instant,
-    next_ping: Instant,
-}
-
-impl Viewer {
-    fn new(socket: WebSocket) -> Self {
-        let received = Instant::now();
-        Self { socket, received, next_ping: received + PING }
-    }
-
-    /// The next message of the viewer. Pings check whether it still reads: buffers in between hold minutes of unread
-    /// frames, and would keep the permit of another viewer.
-    async fn recv(&mut self) -> Result<Message, Gone> {
-        loop {
-            tokio::select! {
-                message = self.socket.recv() => {
-                    self.received = Instant::now();
-                    return message.and_then(Result::ok).ok_or(Gone);
-                }
-                () = sleep_until(self.next_ping) => {
-                    self.next_ping = Instant::now() + PING;
-                    if self.received.elapsed() > SILENCE {
-                        return Err(Gone);
-                    }
-                    self.send(Message::Ping(Bytes::new())).await?;
-                }
-            }
-        }
-    }
-
-    async fn send(&mut self, message: Message) -> Result<(), Gone> {
-        match timeout(PATIENCE, self.socket.send(message)).await {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(_)) | Err(_) => Err(Gone),
-        }
-    }
 }
 
 async fn show_running(socket: &mut Viewer, running: &Running) -> Result<(), Gone> {

@@ -131,6 +131,9 @@ pub struct CoordinatorSettings {
     /// The live page; without it there is none.
     #[serde(default)]
     pub live: Option<dragnet_live::page::Settings>,
+    /// The mission for Foxglove and other clients of its WebSocket protocol; without it there is none.
+    #[serde(default)]
+    pub foxglove: Option<dragnet_live::foxglove::Settings>,
     /// The mission on the maps of TAK (ATAK, WinTAK, iTAK); without it nothing is sent there.
     #[serde(default)]
     pub tak: Option<tak::settings::Settings>,

@@ -364,7 +364,7 @@ mod tests {
         let scenario = Scenario::from_text(Path::new("lane.toml"), text).unwrap();
         let mut narrator = Narrator::new(Participant::Coordinator, scenario.places());
         let node: CoordinatorNode =
-            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected).unwrap();
+            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected, None).unwrap();
         let cell = scenario.terrain().grid().cell(Position { row: 0, column: 3 }).unwrap();
         let object = Detection { cell, probability: 0.9812, time_ns: 0 };
         let status = MissionStatus { declared: vec![object], ..node.mission().status(MissionTime::START) };
@@ -391,7 +391,7 @@ mod tests {
         let robot = Participant::Robot(RobotId::FIRST);
         let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
         let mut node: CoordinatorNode =
-            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected).unwrap();
+            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected, None).unwrap();
         let mut of_robot = Narrator::new(robot, scenario.places());
         let mut of_coordinator = Narrator::new(Participant::Coordinator, scenario.places());
         let mut lines = Vec::new();
@@ -432,7 +432,8 @@ mod tests {
         let [here, there] =
             [0, 3].map(|column| scenario.terrain().grid().cell(Position { row: 0, column }).unwrap());
         let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
-        let mut node = team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected).unwrap();
+        let mut node =
+            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected, None).unwrap();
         let mut of_robot = Narrator::new(Participant::Robot(RobotId::FIRST), scenario.places());
         let mut of_coordinator = Narrator::new(Participant::Coordinator, scenario.places());
         let now = MissionTime(20_000_000_000);

@@ -8,7 +8,9 @@ use dragnet_agent::agent::Agent;
 use dragnet_coordinator::finds::FindCounts;
 use dragnet_coordinator::node::Listener;
 use dragnet_coordinator::record::{BY_THE_OPERATOR, ENDED};
+use dragnet_coordinator::record::encoder::MessageListener;
 use dragnet_export::cot::{self, Source};
+use dragnet_live::foxglove;
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
@@ -260,8 +262,10 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
         Some((server, listener, commands)) => (Some(server), Some(listener), commands),
         None => (None, None, mpsc::channel(1).1),
     };
+    let (foxglove, messages) =
+        config.foxglove.as_ref().map(|settings| serve_foxglove(settings, file)).transpose()?.unzip();
     let there = Existing::Beside;
-    let node = team::recording::node(&scenario, config.common.seed, &options, there)?;
+    let node = team::recording::node(&scenario, config.common.seed, &options, there, messages)?;
     let mut node = node.with_listener(listener).with_listener(told);
     let codec = Codec::of(&scenario);
     let clock = Clock::new(real_time_factor);
@@ -279,6 +283,9 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
             enter(&mut link, &config.common.zenoh).await?;
             if let Some(server) = &shown {
                 tracing::info!("live page: {}", server.address());
+            }
+            if let Some(server) = &foxglove {
+                tracing::info!("Foxglove: {}", server.address());
             }
             let sending = feed.map(Feed::start);
             let log =
@@ -313,6 +320,17 @@ fn show(
 ) -> Result<(Page, Listener, mpsc::Receiver<wall_clock::Report>), RuntimeError> {
     Page::of_mission(settings, About::of(scenario, None))
         .map_err(|error| RuntimeError::Settings { file: file.to_owned(), reason: format!("live: {error}") })
+}
+
+/// Serves a mission in the field to Foxglove.
+fn serve_foxglove(
+    settings: &foxglove::Settings,
+    file: &Path,
+) -> Result<(foxglove::Server, MessageListener), RuntimeError> {
+    foxglove::Server::start(settings).map_err(|error| RuntimeError::Settings {
+        file: file.to_owned(),
+        reason: format!("foxglove: {error}"),
+    })
 }
 
 /// Runs the simulated world of a scenario for robots in other processes, until all of them rest.

@@ -9,6 +9,7 @@ mod wall_clock_run;
 use std::path::{Path, PathBuf};
 
 use dragnet_coordinator::node::Listener;
+use dragnet_coordinator::record::encoder::MessageListener;
 use dragnet_export::cot::NotOnEarth;
 use dragnet_proto::key::Mission;
 use dragnet_scenario::participant::Participant;
@@ -83,31 +84,40 @@ pub fn run(
     options: &Options,
     spectator: StepObserver<'_>,
 ) -> Result<Run, RuntimeError> {
-    run_watched(scenario, seed, options, None, spectator)
+    run_watched(scenario, seed, options, RunObserver::default(), spectator)
 }
 
-/// An observer of a team that searches by the wall clock, who may send commands to its coordinator.
+/// Observers of a team that searches by the wall clock, who may send commands to its coordinator.
+#[derive(Default)]
 pub struct RunObserver {
     /// Receives each record of the coordinator.
-    pub listener: Listener,
+    pub listener: Option<Listener>,
     /// Commands to the coordinator.
-    pub commands: mpsc::Receiver<Report>,
+    pub commands: Option<mpsc::Receiver<Report>>,
+    /// Receives each message of the mission, as it is recorded.
+    pub messages: Option<MessageListener>,
 }
 
-/// Like [`run`], with an observer.
+impl RunObserver {
+    const fn is_there(&self) -> bool {
+        self.listener.is_some() || self.messages.is_some()
+    }
+}
+
+/// Like [`run`], with observers.
 ///
 /// # Errors
-/// As [`run`], and if there is an observer in simulated time.
+/// As [`run`], and if there are observers in simulated time.
 pub fn run_watched(
     scenario: &Scenario,
     seed: u64,
     options: &Options,
-    onlooker: Option<RunObserver>,
+    observer: RunObserver,
     spectator: StepObserver<'_>,
 ) -> Result<Run, RuntimeError> {
     check(scenario, options)?;
     match options.real_time_factor {
-        None if onlooker.is_some() => {
+        None if observer.is_there() => {
             unsupported("a search that is watched runs by the wall clock: give it a real_time_factor")
         }
         None if options.medium == Medium::Memory => memory_run::run(scenario, seed, options, spectator),
@@ -117,7 +127,7 @@ pub fn run_watched(
             seed,
             real_time_factor,
             options,
-            onlooker,
+            observer,
             spectator,
         )),
     }

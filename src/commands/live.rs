@@ -59,12 +59,15 @@ impl Announced {
     /// Serves the page until Ctrl-C, or until nobody reads what this program prints.
     pub(super) fn stay(self) {
         let _ = writeln!(io::stderr(), "the page stays at {} until Ctrl-C", self.page.address());
-        self.page.serve_until(|| async {
-            match stop::asked(Bond::Output) {
-                Ok(asked) => asked.await,
-                Err(error) => complain("error", &error.to_string()),
-            }
-        });
+        self.page.serve_until(until_asked);
+    }
+}
+
+/// Ready once the program is asked to stop, or nothing reads what it prints.
+pub(super) async fn until_asked() {
+    match stop::asked(Bond::Output) {
+        Ok(asked) => asked.await,
+        Err(error) => complain("error", &error.to_string()),
     }
 }
 

@@ -15,10 +15,10 @@ use dragnet_sim::simulation::StepObserver;
 use dragnet_sim::world::World;
 
 use super::search::{self, Ended, Style};
-use super::{Failure, live, output, scenario};
+use super::{Failure, foxglove, live, output, scenario};
 use crate::VERSION;
 
-/// Real-time factor of a search that is shown on its page.
+/// Real-time factor of a search that is shown while it runs.
 const LIVE_REAL_TIME_FACTOR: f64 = 10.0;
 
 /// Run one search in simulation, and record it.
@@ -32,6 +32,7 @@ Examples:
   dragnet run scenarios/team.toml --policy greedy --robots 4 --seed 7 --json
   dragnet run scenarios/team.toml --robots 100
   dragnet run scenarios/team.toml --live
+  dragnet run scenarios/team.toml --live --foxglove
   dragnet run area.kml --live --tak udp://239.2.3.1:6969
   dragnet run area.kml --robots 2
   dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
@@ -53,7 +54,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = scenario::parse_seed, allow_negative_numbers = true)]
     seed: u64,
     /// Medium of the messages. The search and its recording do not depend on it [default: zenoh with --processes,
-    /// --real-time-factor or --live; otherwise memory]
+    /// --real-time-factor, --live or --foxglove; otherwise memory]
     #[arg(long, value_name = "MEDIUM")]
     over: Option<Over>,
     /// Number of threads that deliver messages with --over memory, 1 to 1024. The search and its recording do not
@@ -63,14 +64,18 @@ pub(crate) struct Arguments {
     /// Run every robot in its own process
     #[arg(long)]
     processes: bool,
-    /// Mission seconds per second of the wall clock, 0.001 to 10000 [default: 10 with --live; otherwise the search runs
-    /// as fast as possible]
+    /// Mission seconds per second of the wall clock, 0.001 to 10000 [default: as fast as possible, or 10 with
+    /// --live or --foxglove]
     #[arg(long, value_name = "X", value_parser = parse_real_time_factor, allow_negative_numbers = true)]
     real_time_factor: Option<f64>,
     /// Serve a live page of the search until Ctrl-C, at this address: IP:PORT, IP or PORT [default without ADDRESS:
     /// 127.0.0.1 and any free port]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = live::ANYWHERE, value_parser = live::parse_address)]
     live: Option<SocketAddr>,
+    /// Serve the search to Foxglove and other clients of its WebSocket protocol until Ctrl-C, at this address: IP:PORT, IP
+    /// or PORT. They see what the recording holds, and can change nothing [default without ADDRESS: 127.0.0.1:8765]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true, default_missing_value = foxglove::HERE, value_parser = foxglove::parse_address)]
+    foxglove: Option<SocketAddr>,
     /// Send the search to the maps of TAK (ATAK, WinTAK, iTAK) too: `udp://239.2.3.1:6969` is the multicast group of all
     /// devices on the network; `udp://HOST:PORT` and `tcp://HOST:PORT` are one device or server
     #[arg(long, value_name = "URL", requires = "live")]
@@ -110,33 +115,51 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     scenario::warn(&scenario);
     UtilityTable::warm_up();
     let style = if arguments.json { Style::Json } else { Style::Text };
-    let Some(listen) = arguments.live else {
-        return search::tell(&scenario, style, |spectator| {
-            run(&scenario, arguments.seed, &options, None, spectator)
-        });
-    };
-    // The search is simulated, so the objects are known.
-    let objects = World::new(&scenario, arguments.seed).truth().objects().to_vec();
-    let about = About::of(&scenario, Some(objects));
-    let (page, listener, commands) =
-        Page::of_mission(&live::settings(listen, arguments.basemap.as_deref()), about)?;
-    let page = live::announce(page, live::LIVE_PAGE);
-    let onlooker = Some(RunObserver { listener, commands });
+    let Shown { page, foxglove, observer } = show(arguments, &scenario)?;
     search::tell(&scenario, style, |spectator| {
-        run(&scenario, arguments.seed, &options, onlooker, spectator)
+        run(&scenario, arguments.seed, &options, observer, spectator)
     })?;
-    page.stay();
+    match (page, foxglove) {
+        (Some(page), _foxglove) => page.stay(),
+        (None, Some(foxglove)) => foxglove.stay(),
+        (None, None) => {}
+    }
     Ok(())
+}
+
+/// Where the search is shown while it runs.
+struct Shown {
+    page: Option<live::Announced>,
+    foxglove: Option<foxglove::Announced>,
+    observer: RunObserver,
+}
+
+fn show(arguments: &Arguments, scenario: &Scenario) -> Result<Shown, Failure> {
+    let (foxglove, messages) = arguments.foxglove.map(foxglove::serve).transpose()?.unzip();
+    let mut observer = RunObserver { messages, ..RunObserver::default() };
+    let page = match arguments.live {
+        Some(listen) => {
+            // The search is simulated, so the objects are known.
+            let objects = World::new(scenario, arguments.seed).truth().objects().to_vec();
+            let about = About::of(scenario, Some(objects));
+            let settings = live::settings(listen, arguments.basemap.as_deref());
+            let (page, listener, commands) = Page::of_mission(&settings, about)?;
+            (observer.listener, observer.commands) = (Some(listener), Some(commands));
+            Some(live::announce(page, live::LIVE_PAGE))
+        }
+        None => None,
+    };
+    Ok(Shown { page, foxglove, observer })
 }
 
 fn run(
     scenario: &Scenario,
     seed: u64,
     options: &Options,
-    onlooker: Option<RunObserver>,
+    observer: RunObserver,
     spectator: StepObserver<'_>,
 ) -> Result<Ended, Failure> {
-    let run = team::run_watched(scenario, seed, options, onlooker, spectator)?;
+    let run = team::run_watched(scenario, seed, options, observer, spectator)?;
     Ok(Ended {
         seed,
         episode: run.episode,
@@ -148,13 +171,14 @@ fn run(
 }
 
 fn options(arguments: &Arguments, medium: Medium, recording: PathBuf) -> Result<Options, Failure> {
+    let is_shown = arguments.live.is_some() || arguments.foxglove.is_some();
     let processes = arguments.processes.then(std::env::current_exe).transpose();
     Ok(Options {
         medium,
         threads: arguments.threads.map_or(0, usize::from),
         recording: Some(recording),
         processes: processes.map_err(|error| Failure::Run(format!("cannot find this program: {error}")))?,
-        real_time_factor: arguments.real_time_factor.or(arguments.live.map(|_| LIVE_REAL_TIME_FACTOR)),
+        real_time_factor: arguments.real_time_factor.or(is_shown.then_some(LIVE_REAL_TIME_FACTOR)),
         version: VERSION.to_owned(),
         tak: arguments.tak.as_deref().map(tak::settings::Settings::of),
     })
@@ -165,6 +189,7 @@ fn medium(arguments: &Arguments) -> Result<Medium, Failure> {
         ("--processes", arguments.processes),
         ("--real-time-factor", arguments.real_time_factor.is_some()),
         ("--live", arguments.live.is_some()),
+        ("--foxglove", arguments.foxglove.is_some()),
     ];
     let needs_zenoh = needs_zenoh.into_iter().find(|&(_, is_asked)| is_asked);
     match (arguments.over, needs_zenoh) {

@@ -35,11 +35,13 @@ fn a_wrong_option_is_named_with_the_allowed_values() {
 }
 
 #[test]
-fn a_scenario_that_cannot_be_run_live_is_refused_before_its_page_is_served() {
+fn a_scenario_that_cannot_be_run_live_is_refused_before_it_is_served() {
     let place = Place::new();
     place.write("lossy.toml", &format!("{SMALL}\n[network]\nloss = 0.5\n"));
-    place.refuse(&["run", "lossy.toml", "--live"], &["[network] faults"]);
-    assert!(!super::stderr(&place.dragnet(&["run", "lossy.toml", "--live"])).contains("live page"));
+    for (option, served) in [("--live", "live page"), ("--foxglove=0", "ws://")] {
+        place.refuse(&["run", "lossy.toml", option], &["[network] faults"]);
+        assert!(!super::stderr(&place.dragnet(&["run", "lossy.toml", option])).contains(served));
+    }
 }
 
 #[test]

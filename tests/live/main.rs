@@ -5,6 +5,7 @@
 )]
 
 mod browser;
+mod foxglove;
 mod http;
 #[path = "../python/interpreter.rs"]
 mod interpreter;
@@ -71,7 +72,7 @@ robots = { count = 50, policy = 'greedy', start = 'random' }
 mission.budget_seconds = 36000.0
 ";
 
-/// The program, serving a page from its own folder. Both are removed when this is dropped.
+/// The program, serving a page or Foxglove from its own folder. Both are removed when this is dropped.
 struct Served {
     folder: TempDir,
     program: Child,
@@ -92,6 +93,11 @@ impl Served {
     }
 
     fn start_in(folder: TempDir, arguments: &[&str]) -> Self {
+        Self::start_until(folder, arguments, " page: ")
+    }
+
+    /// Waits for the line with the address, which follows a mark.
+    fn start_until(folder: TempDir, arguments: &[&str], mark: &str) -> Self {
         let mut program = Command::new(env!("CARGO_BIN_EXE_dragnet"))
             .args(arguments)
             .current_dir(folder.path())
@@ -102,10 +108,10 @@ impl Served {
             .unwrap();
         let mut said = BufReader::new(program.stderr.take().unwrap());
         let mut lines = String::new();
-        while !lines.contains(" page: ") {
+        while !lines.contains(mark) {
             assert!(said.read_line(&mut lines).unwrap() > 0, "{lines}");
         }
-        let address = lines.rsplit(" page: ").next().unwrap().trim().to_owned();
+        let address = lines.rsplit(mark).next().unwrap().trim().to_owned();
         Self { folder, program, said, address }
     }
 

@@ -25,7 +25,7 @@ pub(super) fn run(
     options: &Options,
     spectator: StepObserver<'_>,
 ) -> Result<Run, RuntimeError> {
-    let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?;
+    let node = recording::node(scenario, seed, options, recording::Existing::Rejected, None)?;
     let stage = Stage { mission: mission(scenario)?, codec: Codec::of(scenario), team: everybody(scenario) };
     let mesh = Mesh::new(scenario)?;
     let world = runtime.block_on(mesh.open_world())?;

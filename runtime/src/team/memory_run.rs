@@ -18,7 +18,7 @@ pub(super) fn run(
     options: &Options,
     spectator: StepObserver<'_>,
 ) -> Result<Run, RuntimeError> {
-    let mut node = recording::node(scenario, seed, options, recording::Existing::Rejected)?;
+    let mut node = recording::node(scenario, seed, options, recording::Existing::Rejected, None)?;
     let mut robots: Vec<Agent> = AgentConfig::of_team(scenario, seed).into_iter().map(Agent::new).collect();
     let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let threads = if options.threads == 0 { cores } else { options.threads };

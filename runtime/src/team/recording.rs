@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
+use dragnet_coordinator::record::encoder::{self, MessageListener};
 use dragnet_coordinator::record::{Header, MISSION_TIME, REST_OF_WORLD, Recorder};
 use dragnet_coordinator::recording::Notice;
 use dragnet_scenario::{Class, Scenario};
@@ -16,28 +17,28 @@ use crate::{RuntimeError, unix_time};
 /// Start of simulated missions: 2000-01-01, so that a recording does not depend on when it was made.
 const SIMULATED_START_UNIX_NS: i64 = 946_684_800_000_000_000;
 
-/// The coordinator of a scenario, with a recorder if the run is recorded.
+/// The coordinator of a scenario, with a recorder if the run is recorded, and a listener for its messages if there is one.
 pub(crate) fn node(
     scenario: &Scenario,
     seed: u64,
     options: &Options,
     there: Existing,
+    messages: Option<MessageListener>,
 ) -> Result<CoordinatorNode, RuntimeError> {
     let agent_config = CoordinatorConfig::of(scenario);
-    let recorder = options.recording.as_ref().map(|path| {
-        let header = Header {
-            start_unix_ns: start_unix_ns(options),
-            terrain: Arc::clone(&agent_config.terrain),
-            origin: scenario.origin(),
-            prior: scenario.prior().clone(),
-            scenario: scenario.source().text.clone(),
-            earth: scenario.earth(),
-            run: run_metadata(scenario, seed, options),
-        };
-        match there {
-            Existing::Rejected => Recorder::create(path, header),
-            Existing::Beside => Recorder::create_beside(path, header),
-        }
+    let header = Header {
+        start_unix_ns: start_unix_ns(options),
+        terrain: Arc::clone(&agent_config.terrain),
+        origin: scenario.origin(),
+        prior: scenario.prior().clone(),
+        scenario: scenario.source().text.clone(),
+        earth: scenario.earth(),
+        run: run_metadata(scenario, seed, options),
+    };
+    let told = messages.map(|messages| encoder::telling(&header, messages));
+    let recorder = options.recording.as_ref().map(|path| match there {
+        Existing::Rejected => Recorder::create(path, header),
+        Existing::Beside => Recorder::create_beside(path, header),
     });
     let recorder = recorder.transpose()?;
     if let (Some(recorder), Some(path)) = (&recorder, &options.recording)
@@ -46,7 +47,8 @@ pub(crate) fn node(
         let (path, free) = (path.display(), recorder.path().display());
         tracing::info!("{path} is there already, from an earlier start; this one records to {free}");
     }
-    Ok(CoordinatorNode::new(Mission::new(agent_config), recorder).notifying(Box::new(tell)))
+    let node = CoordinatorNode::new(Mission::new(agent_config), recorder);
+    Ok(node.with_listener(told).notifying(Box::new(tell)))
 }
 
 fn tell(notice: &Notice) {

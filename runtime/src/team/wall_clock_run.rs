@@ -29,15 +29,13 @@ pub(super) async fn run(
     seed: u64,
     real_time_factor: f64,
     options: &Options,
-    onlooker: Option<RunObserver>,
+    observer: RunObserver,
     spectator: StepObserver<'_>,
 ) -> Result<Run, RuntimeError> {
     let mission = mission(scenario)?;
     let codec = Codec::of(scenario);
-    let (listener, commands) = match onlooker {
-        Some(RunObserver { listener, commands }) => (Some(listener), commands),
-        None => (None, mpsc::channel(1).1),
-    };
+    let RunObserver { listener, commands, messages } = observer;
+    let commands = commands.unwrap_or_else(|| mpsc::channel(1).1);
     // Before there is a recording: whoever stops the run from now on gets one that is finished.
     let asked = stop::asked(Bond::Output)?;
     let feed = |target| {
@@ -45,7 +43,7 @@ pub(super) async fn run(
         tak::feed(target, &cot::Mission { name, scenario, source, real_time_factor })
     };
     let (feed, told) = target(options)?.map(feed).transpose()?.unzip();
-    let node = recording::node(scenario, seed, options, recording::Existing::Rejected)?;
+    let node = recording::node(scenario, seed, options, recording::Existing::Rejected, messages)?;
     let node = node.with_listener(listener).with_listener(told);
     let mesh = Mesh::new(scenario)?;
     let world = mesh.open_world().await?;
