@@ -313,7 +313,7 @@ fn kind(topic: &str) -> Option<MessageKind> {
         RobotTopic::Orders => Some(MessageKind::Orders),
         RobotTopic::Zones => Some(MessageKind::Zones),
         RobotTopic::Marks => Some(MessageKind::Marks),
-        RobotTopic::Pose | RobotTopic::Path => None,
+        RobotTopic::Pose | RobotTopic::Fix | RobotTopic::Path => None,
     }
 }
 

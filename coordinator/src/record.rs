@@ -5,6 +5,7 @@
 //! /belief                    in percent, at the start and periodically
 //! /belief/probability        the same, as probabilities
 //! /tf, /robots/<robot>/pose  robots' poses, when they change
+//! /robots/<robot>/fix        the same on the earth
 //! /robots/<robot>/path       their plans, when they change
 //! /robots/<robot>/{observation,intent,heartbeat}
 //! /robots/0/verdicts         the operator's verdicts on finds, when they change
@@ -16,10 +17,13 @@
 //! /robots/0/marks            the operator's marks, when they change
 //! /robots/<robot>/marks      those that a robot has received; both only once there are any
 //! /objects                   each declaration of an object
+//! /objects/geojson           all declared objects, when they change
+//! /areas/geojson             the areas drawn on the map, once
 //! /mission/status            with all declared objects
 //! ```
 //!
-//! Positions are in the frame `map` of the map's file, as on a robot's own network.
+//! Positions are in the frame `map` of the map's file, as on a robot's own network. `fix` and `geojson` are there if the map lies
+//! on the earth.
 //!
 //! The map and the first belief are never lost by damage in one place: what a recording begins with is attached as
 //! `beginning.mcap.zst` too, before the first chunk and, in a recording that is finished, at the end. The scenario is

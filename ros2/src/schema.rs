@@ -98,6 +98,7 @@ ros_messages! {
     others::MapMetaData => "nav_msgs/msg/MapMetaData",
     others::OccupancyGrid => "nav_msgs/msg/OccupancyGrid",
     others::Path => "nav_msgs/msg/Path",
+    others::GeoJson => "foxglove_msgs/msg/GeoJSON",
     others::Vector2 => "foxglove_msgs/msg/Vector2",
     others::PackedElementField => "foxglove_msgs/msg/PackedElementField",
     others::Grid => "foxglove_msgs/msg/Grid",

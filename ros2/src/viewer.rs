@@ -3,12 +3,13 @@
 //! Frame `map`: meters, that of the map's file, in which the map's south-western corner has the pose [`MapOrigin`].
 //! Frame `robot_<number>`: a robot, x along the rows of the map.
 
-use dragnet_scenario::map_file::MapOrigin;
+use dragnet_scenario::map_file::{GeoPoint, MapOrigin};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
+use crate::wire::robot::NavSatFix;
 use crate::wire::standard::{
     Grid, Header, MapMetaData, OccupancyGrid, PackedElementField, Path, Point, Pose, PoseStamped, Quaternion,
     TFMessage, Time, Transform, TransformStamped, Vector2, Vector3,
@@ -128,6 +129,18 @@ impl<'a> Viewer<'a> {
     pub fn path(&self, cells: &[(Cell, MissionTime)], time: MissionTime) -> Path {
         let poses = cells.iter().map(|&(cell, expected)| self.pose(cell, expected)).collect();
         Path { header: self.header(time), poses }
+    }
+
+    /// Where a robot is on the earth.
+    #[must_use]
+    pub fn fix(&self, robot: RobotId, place: GeoPoint, time: MissionTime) -> NavSatFix {
+        NavSatFix {
+            header: Header { stamp: self.stamp(time), frame_id: robot_frame(robot) },
+            latitude: place.latitude_degrees,
+            longitude: place.longitude_degrees,
+            altitude: f64::NAN,
+            ..NavSatFix::default()
+        }
     }
 
     /// The pose of a robot's own frame on the map.

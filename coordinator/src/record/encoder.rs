@@ -11,12 +11,16 @@ pub use dragnet_ros2::cdr::ENCODING as MESSAGE_ENCODING;
 pub use dragnet_ros2::schema::ENCODING as SCHEMA_ENCODING;
 use dragnet_ros2::schema::RosMessage;
 use dragnet_ros2::viewer::Viewer;
-use dragnet_scenario::map_file::MapOrigin;
+use dragnet_ros2::wire::standard::GeoJson;
+use dragnet_scenario::Places;
+use dragnet_scenario::map_file::{Earth, GeoPoint, MapOrigin};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
+
+use serde_json::{Value, json};
 
 use super::Header;
 use super::topic::{RobotTopic, Topic};
@@ -97,6 +101,10 @@ pub struct Encoder {
     start_unix_ns: i64,
     terrain: Arc<Terrain>,
     origin: MapOrigin,
+    /// Where cells are on the earth, if that is known.
+    places: Places,
+    /// Text with the areas drawn on the map, if it lies on the earth and there are any.
+    areas: Option<String>,
     /// Cells and times, nanoseconds, of the objects declared at the last status.
     declared: BTreeSet<(Cell, u64)>,
 }
@@ -116,16 +124,20 @@ impl Encoder {
             start_unix_ns: header.start_unix_ns,
             terrain: Arc::clone(&header.terrain),
             origin: header.origin,
+            places: Places::new(&header.terrain, header.earth.as_ref().map(|earth| &earth.frame)),
+            areas: header.earth.as_ref().filter(|earth| !earth.areas.is_empty()).map(Earth::areas_geojson),
             declared: BTreeSet::new(),
         }
     }
 
-    /// The map and the belief before any reading.
+    /// The map, the belief before any reading, and the areas if there are any.
     #[must_use]
     pub fn opening(&self, prior: &Belief) -> Vec<Encoded> {
         let (start, map) = (MissionTime::START, self.viewer().terrain(MissionTime::START));
-        let map = self.message(Topic::Map, Times { logged: start, published: start }, &map);
-        std::iter::once(map).chain(self.belief(start, prior)).collect()
+        let times = Times { logged: start, published: start };
+        let map = self.message(Topic::Map, times, &map);
+        let areas = self.areas.clone().map(|geojson| self.message(Topic::Areas, times, &GeoJson { geojson }));
+        std::iter::once(map).chain(self.belief(start, prior)).chain(areas).collect()
     }
 
     /// The messages of a record, which the coordinator makes at this time.
@@ -183,10 +195,10 @@ impl Encoder {
         let pose = self.viewer().pose(cell, times.published);
         let transform = self.viewer().map_from_robot(robot, cell, times.published);
         let transform = self.message(Topic::Transforms, times, &transform);
-        vec![
-            self.message(Topic::Robot(robot.into(), RobotTopic::Pose), times, &pose),
-            Encoded { transformed: Some(robot), ..transform },
-        ]
+        let fix = self.places.center(cell).map(|place| self.viewer().fix(robot, place, times.published));
+        let fix = fix.map(|fix| self.message(Topic::Robot(robot.into(), RobotTopic::Fix), times, &fix));
+        let pose = self.message(Topic::Robot(robot.into(), RobotTopic::Pose), times, &pose);
+        [pose, Encoded { transformed: Some(robot), ..transform }].into_iter().chain(fix).collect()
     }
 
     /// Objects declared since the last status are messages of their own, once each.
@@ -196,8 +208,24 @@ impl Encoder {
         let before = std::mem::replace(&mut self.declared, status.declared.iter().map(name).collect());
         let new = status.declared.iter().filter(|object| !before.contains(&name(object)));
         let objects = new.map(|object| self.message(Topic::Objects, times, &wire::Detection::from(object)));
+        let places = (before != self.declared).then(|| self.declared_places()).flatten();
+        let places = places.map(|places| self.message(Topic::Places, times, &places));
         let status = self.message(Topic::MissionStatus, times, &wire::MissionStatus::from(status));
-        objects.chain([status]).collect()
+        objects.chain(places).chain([status]).collect()
+    }
+
+    /// All declared objects on the earth, if that is known.
+    fn declared_places(&self) -> Option<GeoJson> {
+        let feature = |&(cell, _): &(Cell, u64)| {
+            let GeoPoint { longitude_degrees, latitude_degrees } = self.places.center(cell)?;
+            Some(json!({
+                "type": "Feature",
+                "geometry": { "type": "Point", "coordinates": [longitude_degrees, latitude_degrees] },
+                "properties": { "name": format!("object in cell {}", self.places.cell(cell)) },
+            }))
+        };
+        let features: Vec<Value> = self.declared.iter().map(feature).collect::<Option<_>>()?;
+        Some(GeoJson { geojson: json!({ "type": "FeatureCollection", "features": features }).to_string() })
     }
 
     fn message<T: RosMessage>(&self, topic: Topic, times: Times, message: &T) -> Encoded {

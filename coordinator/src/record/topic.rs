@@ -16,6 +16,10 @@ pub enum Topic {
     BeliefProbability,
     /// Poses of robots, `tf2_msgs/msg/TFMessage`.
     Transforms,
+    /// The areas drawn on the map, `foxglove_msgs/msg/GeoJSON`; if the map lies on the earth and has any.
+    Areas,
+    /// All declared objects, `foxglove_msgs/msg/GeoJSON`, when they change; if the map lies on the earth.
+    Places,
     /// Each declaration of an object, `dragnet_msgs/msg/Detection`.
     Objects,
     /// `dragnet_msgs/msg/MissionStatus`.
@@ -29,6 +33,8 @@ pub enum Topic {
 pub enum RobotTopic {
     /// `geometry_msgs/msg/PoseStamped`.
     Pose,
+    /// `sensor_msgs/msg/NavSatFix`, if the map lies on the earth.
+    Fix,
     /// The plan, `nav_msgs/msg/Path`.
     Path,
     /// `dragnet_msgs/msg/Observation`.
@@ -60,7 +66,12 @@ impl Topic {
     /// Metadata of the channel: the quality of service with which `ros2 bag play` offers it.
     pub(crate) fn metadata(self) -> BTreeMap<String, String> {
         let durability = match self {
-            Self::Map | Self::Belief | Self::BeliefProbability | Self::MissionStatus => TRANSIENT_LOCAL,
+            Self::Map
+            | Self::Belief
+            | Self::BeliefProbability
+            | Self::MissionStatus
+            | Self::Areas
+            | Self::Places => TRANSIENT_LOCAL,
             Self::Transforms | Self::Objects | Self::Robot(..) => VOLATILE,
         };
         BTreeMap::from([("offered_qos_profiles".to_owned(), quality_of_service(durability))])
@@ -74,6 +85,8 @@ impl fmt::Display for Topic {
             Self::Belief => formatter.write_str("/belief"),
             Self::BeliefProbability => formatter.write_str("/belief/probability"),
             Self::Transforms => formatter.write_str("/tf"),
+            Self::Areas => formatter.write_str("/areas/geojson"),
+            Self::Places => formatter.write_str("/objects/geojson"),
             Self::Objects => formatter.write_str("/objects"),
             Self::MissionStatus => formatter.write_str(Self::MISSION_STATUS),
             Self::Robot(source, topic) => {
@@ -84,8 +97,9 @@ impl fmt::Display for Topic {
 }
 
 impl RobotTopic {
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Pose,
+        Self::Fix,
         Self::Path,
         Self::Observation,
         Self::Intent,
@@ -99,6 +113,7 @@ impl RobotTopic {
     const fn name(self) -> &'static str {
         match self {
             Self::Pose => "pose",
+            Self::Fix => "fix",
             Self::Path => "path",
             Self::Observation => "observation",
             Self::Intent => "intent",

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 mod damage;
+mod earth;
 mod episode;
 #[path = "../../../tests/python/interpreter.rs"]
 mod interpreter;

@@ -3,7 +3,7 @@
 // search, and then reads the address; exit code 0 if all holds.
 
 import assert from "node:assert/strict";
-import { open } from "node:fs/promises";
+import { open, readFile } from "node:fs/promises";
 import http from "node:http";
 import net from "node:net";
 import { createInterface } from "node:readline";
@@ -165,6 +165,19 @@ async function checkLate(recorded) {
   assert.equal(await closed, 1005, "the server answers a farewell");
 }
 
+/** The layout that is shipped names topics and fields that are there; it has more robots than this search. */
+async function checkLayout(watcher) {
+  const { configById } = JSON.parse(await readFile(new URL("../../../docs/foxglove.json", import.meta.url), "utf8"));
+  const topics = Object.keys(configById["3D!search"].topics);
+  const missing = topics.filter((topic) => !watcher.channels.has(topic));
+  assert.ok(missing.length < topics.length && missing.every((topic) => Number(topic.split("/")[2]) > 3), `${missing}`);
+  const { colorField } = configById["3D!search"].topics["/belief/probability"];
+  assert.equal(watcher.last("/belief/probability").fields[0].name, colorField);
+  const [topic, field] = configById["Plot!remaining"].paths[0].value.split(".");
+  assert.equal(typeof watcher.last(topic)[field], "number");
+  assert.ok(watcher.channels.has(configById["RawMessages!status"].topicPath));
+}
+
 /** A client that subscribes to everything, and reads nothing. */
 async function stopReading(channels) {
   const socket = net.connect(new URL(address).port, "127.0.0.1");
@@ -220,6 +233,7 @@ async function search() {
   await garbage;
   const recorded = await read(recording);
   checkWhole(early, recorded);
+  await checkLayout(early);
   await checkLate(recorded);
   silent.destroy();
   early.client.close();

@@ -1,7 +1,7 @@
 //! Definitions of other packages' messages, from their `.msg` files, without comments.
 
 /// By package and name.
-pub(super) const DEFINITIONS: [(&str, &str); 16] = [
+pub(super) const DEFINITIONS: [(&str, &str); 17] = [
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
     ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
@@ -40,6 +40,7 @@ pub(super) const DEFINITIONS: [(&str, &str); 16] = [
          int8[] data\n",
     ),
     ("nav_msgs/Path", "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n"),
+    ("foxglove_msgs/GeoJSON", "string geojson\n"),
     ("foxglove_msgs/Vector2", "float64 x\nfloat64 y\n"),
     (
         "foxglove_msgs/PackedElementField",

@@ -160,6 +160,13 @@ pub struct Path {
     pub poses: Vec<PoseStamped>,
 }
 
+/// `foxglove_msgs/msg/GeoJSON`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GeoJson {
+    /// Text of a collection of features.
+    pub geojson: String,
+}
+
 /// `foxglove_msgs/msg/Vector2`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Vector2 {
