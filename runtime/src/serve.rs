@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use dragnet_agent::agent::Agent;
 use dragnet_coordinator::finds::FindCounts;
-use dragnet_coordinator::node::Listener;
-use dragnet_coordinator::record::{BY_THE_OPERATOR, ENDED};
+use dragnet_coordinator::node::{CoordinatorNode, Listener};
 use dragnet_coordinator::record::encoder::MessageListener;
+use dragnet_coordinator::record::{BY_THE_OPERATOR, ENDED};
 use dragnet_export::cot::{self, Source};
 use dragnet_live::foxglove;
 use dragnet_live::page::{Page, Settings};
@@ -297,6 +297,16 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
         };
         leaving(&session, watching).await
     })?;
+    conclude(node, ended, &mission, shown)
+}
+
+/// Finishes the recording; the page of a mission that the operator has ended still tells its viewers so.
+fn conclude(
+    node: CoordinatorNode,
+    ended: MissionTime,
+    mission: &Mission,
+    shown: Option<Page>,
+) -> Result<(), RuntimeError> {
     let is_over = node.is_over();
     let summary = is_over.then(|| (ENDED.to_owned(), BY_THE_OPERATOR.to_owned()));
     let finds = FindCounts::of(&node.finish(ended, summary.into_iter().collect())?.finds());
