@@ -1,8 +1,8 @@
 //! The end of a mission, as the operator orders it: the mission ends once every robot of the team is back.
 //!
 //! A robot is back once it has told that it rests under that order, or under a later one. It may leave the network then: it
-//! is not waited for. One that is away, or has never come, is: it may still bring finds. The operator can end the mission
-//! without it.
+//! is not awaited. One that is away, or has never come, is: it may still bring finds. So is one that the operator has told
+//! something else since. The operator can end the mission without it.
 
 use std::collections::BTreeMap;
 
@@ -35,15 +35,18 @@ impl Resting {
         }
     }
 
-    /// The robots that are not known to be back, if the directive ends the mission.
+    /// The robots that are not known to be back, if the directive ends the mission. `is_called` says whether that is what the
+    /// operator wants of a robot, or another order to it alone is newer.
     #[must_use]
     pub fn awaited(
         &self,
         team: impl IntoIterator<Item = RobotId>,
         directive: &Directive,
+        is_called: impl Fn(RobotId) -> bool,
     ) -> Option<Vec<RobotId>> {
-        let is_back =
+        let knows =
             |robot: &RobotId| self.0.get(robot).is_some_and(|rest| rest.order >= directive.numbered_order());
+        let is_back = |robot: &RobotId| is_called(*robot) && knows(robot);
         let is_ending = directive.order == TeamOrder::End;
         is_ending.then(|| team.into_iter().filter(|robot| !is_back(robot)).collect())
     }

@@ -145,6 +145,8 @@ pub struct Mission {
     resting: Resting,
     /// Whether the operator ends the mission without waiting for robots.
     ends_now: bool,
+    /// Whether a robot was on its way back since the order to end.
+    saw_return: bool,
     next_status: MissionTime,
     next_belief: MissionTime,
     /// The operator's directive.
@@ -182,6 +184,7 @@ impl Mission {
             tracks: Tracks::default(),
             resting: Resting::default(),
             ends_now: false,
+            saw_return: false,
             next_status: MissionTime::START + config.heartbeat,
             next_belief: MissionTime::START + config.belief_period,
             directive: Directive::default(),
@@ -353,10 +356,10 @@ impl Mission {
             }
             Message::Heartbeat(heartbeat) => {
                 outcome.records.push(Record::Heartbeat(heartbeat.clone()));
-                self.resting.beat(heartbeat);
                 self.locate(heartbeat.robot, heartbeat.cell, MissionTime(heartbeat.time_ns), outcome);
                 self.plan(now, &heartbeat.intent, outcome);
                 self.learn(now, &heartbeat.directive, outcome);
+                self.watch_return(heartbeat);
             }
             Message::Verdicts(report) => outcome.records.push(Record::Verdicts(report.clone())),
             Message::Marks(report) => outcome.records.push(Record::Marks(report.clone())),

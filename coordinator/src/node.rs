@@ -7,11 +7,12 @@ use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachin
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::evidence::Digest;
+use dragnet_search::observation::RobotId;
 
 use crate::RecordingError;
 use crate::finds::FindCounts;
 use crate::mission::{Mission, Outcome, Record};
-use crate::record::{FINDS, REST_OF_WORLD, Recorder, SUCCESS};
+use crate::record::{ENDED, FINDS, REST_OF_WORLD, Recorder, SUCCESS};
 use crate::recording::{Notify, Recording};
 
 /// A mission and its recording.
@@ -85,6 +86,7 @@ impl CoordinatorNode {
         summary.extend(self.rejected());
         summary.extend(self.decided());
         summary.extend(self.sought());
+        summary.extend(self.ended().map(|ended| (ENDED.to_owned(), ended)));
         if let Some(recording) = self.recording {
             recording.finish(now, &self.mission, summary)?;
         }
@@ -95,6 +97,18 @@ impl CoordinatorNode {
     fn decided(&self) -> Option<(String, String)> {
         let counts = FindCounts::of(&self.mission.finds());
         counts.has_verdicts().then(|| (FINDS.to_owned(), counts.to_string()))
+    }
+
+    /// Who has ended the mission, if the operator has: `by the operator, without robots 1, 3`.
+    #[must_use]
+    pub fn ended(&self) -> Option<String> {
+        let awaited = self.mission.awaited().filter(|_| self.mission.is_over())?;
+        let numbers: Vec<String> = awaited.iter().map(ToString::to_string).collect();
+        Some(match &numbers[..] {
+            [] => "by the operator".to_owned(),
+            [one] => format!("by the operator, without robot {one}"),
+            all => format!("by the operator, without robots {}", all.join(", ")),
+        })
     }
 
     /// Where the one subject is, for the end of the recording.
@@ -156,6 +170,10 @@ impl StateMachine for CoordinatorNode {
 
     fn is_over(&self) -> bool {
         self.mission.is_over()
+    }
+
+    fn awaited(&self) -> Option<Vec<RobotId>> {
+        self.mission.awaited()
     }
 
     fn digest(&self) -> Digest {

@@ -72,10 +72,8 @@ pub const EARTH_METADATA: &str = "earth";
 pub const SUMMARY_METADATA: &str = "summary";
 /// Name within `summary` of the numbers of finds, if the operator has decided about some.
 pub const FINDS: &str = "finds";
-/// Name within `summary` of who has ended the mission, unless the coordinator was stopped.
+/// Name within `summary` of who has ended the mission, if the operator has, and without which robots.
 pub const ENDED: &str = "ended";
-/// The operator has, for [`ENDED`].
-pub const BY_THE_OPERATOR: &str = "by the operator";
 /// Name within `summary` of the mission time at which the search was over, seconds.
 pub const MISSION_TIME: &str = "mission_time_s";
 

@@ -14,6 +14,7 @@ use dragnet_search::route::{Connectivity, ShortestPathTree};
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeSet;
 
+use crate::orders::Order;
 use crate::polygon::{self, Corner, PolygonError};
 use crate::view::{State, View};
 
@@ -317,26 +318,50 @@ fn order(view: &View, robot: Option<u16>, order: TeamOrder) -> Result<(Command, 
     }
     let already = if view.orders().is_given_to_all(order) { " already" } else { "" };
     let away = away(view, |_| true);
-    Ok((Command::Team(order), format!("All robots {all}{already}.{away}")))
+    let ending = if view.ending().is_some() { " The mission no longer ends." } else { "" };
+    Ok((Command::Team(order), format!("All robots {all}{already}.{ending}{away}")))
 }
 
 /// The end of the mission.
 fn end(view: &View, now: bool) -> (Command, String) {
     if now {
-        let answer = "The mission ends now; robots that are not back return to their bases all the same.";
-        return (Command::EndNow, answer.to_owned());
+        let told = match &numbers(lacking(view))[..] {
+            [] => "; all robots return to their bases.".to_owned(),
+            [one] => format!(
+                ". Robot {one} is not known to have the order to return: it goes on unless a teammate tells it."
+            ),
+            all => format!(
+                ". Robots {} are not known to have the order to return: they go on unless a teammate tells them.",
+                all.join(", ")
+            ),
+        };
+        return (Command::EndNow, format!("The mission ends now{told}"));
     }
     let answer = format!("The mission ends once all robots are back at their bases.{}", away(view, |_| true));
     (Command::Team(TeamOrder::End), answer)
 }
 
+/// Robots that are not known to have the order to end the mission; before it is given those that are not here.
+fn lacking(view: &View) -> Vec<RobotId> {
+    let given = view.orders().iter().find(|given| matches!(given.order, Order::Team(..)));
+    match given.filter(|given| matches!(given.order, Order::Team(_, TeamOrder::End))) {
+        Some(end) => view.about().team.iter().filter(|robot| !end.has.contains(robot)).copied().collect(),
+        None => those_away(view).collect(),
+    }
+}
+
+fn those_away(view: &View) -> impl Iterator<Item = RobotId> + '_ {
+    let away = |state| matches!(state, State::Awaited | State::Lost);
+    view.robots().filter(move |&(.., state)| away(state)).map(|(robot, ..)| robot)
+}
+
+fn numbers(robots: impl IntoIterator<Item = RobotId>) -> Vec<String> {
+    robots.into_iter().map(|robot| robot.to_string()).collect()
+}
+
 /// Which of these robots cannot know an order yet, in a sentence of its own; empty if all can.
 fn away(view: &View, concerns: impl Fn(RobotId) -> bool) -> String {
-    let away = view
-        .robots()
-        .filter(|(robot, .., state)| concerns(*robot) && matches!(state, State::Awaited | State::Lost));
-    let away: Vec<String> = away.map(|(robot, ..)| robot.to_string()).collect();
-    match &away[..] {
+    match &numbers(those_away(view).filter(|&robot| concerns(robot)))[..] {
         [] => String::new(),
         [one] => format!(" Robot {one} is not here: it follows once it is."),
         all => format!(" Robots {} are not here: they follow once they are.", all.join(", ")),

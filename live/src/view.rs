@@ -14,6 +14,7 @@ use dragnet_coordinator::fold::{Change, MissionFold};
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::track::Track;
 use dragnet_proto::message::{Activity, Detection, Heartbeat, MissionStatus};
+use dragnet_proto::orders::RobotOrder;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::Earth;
 use dragnet_scenario::time::MissionTime;
@@ -336,7 +337,8 @@ impl View {
     /// The robots that are not known to be back, if the mission is ending.
     #[must_use]
     pub fn ending(&self) -> Option<Vec<RobotId>> {
-        self.resting.awaited(self.about.team.iter().copied(), &self.status()?.directive)
+        let is_called = |robot| self.orders.current(robot) == RobotOrder::Return;
+        self.resting.awaited(self.about.team.iter().copied(), &self.status()?.directive, is_called)
     }
 
     /// Cells that robots can observe, if their sensor radius is known.

@@ -60,6 +60,11 @@ pub trait StateMachine: Send {
         false
     }
 
+    /// The robots that are not known to be back, if the operator's mission is ending and that is known here.
+    fn awaited(&self) -> Option<Vec<RobotId>> {
+        None
+    }
+
     /// Digest of its evidence.
     fn digest(&self) -> Digest;
 

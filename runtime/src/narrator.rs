@@ -143,6 +143,7 @@ impl Narrator {
             lines.extend(news::added(&mut self.added, &status.directive, &self.places));
             lines.extend(self.declares(status));
         }
+        lines.extend(self.ending.awaits(machine.awaited()));
         for (_, message) in &effects.published {
             match message {
                 Message::Verdicts(report) if self.me == Participant::Coordinator => {

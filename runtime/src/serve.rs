@@ -1,5 +1,6 @@
 //! Each part of a mission as a separate process: `dragnet agent`, `dragnet coordinator` and `dragnet sim`.
 
+use std::collections::BTreeMap;
 use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
@@ -8,14 +9,12 @@ use dragnet_agent::agent::Agent;
 use dragnet_coordinator::finds::FindCounts;
 use dragnet_coordinator::node::{CoordinatorNode, Listener};
 use dragnet_coordinator::record::encoder::MessageListener;
-use dragnet_coordinator::record::{BY_THE_OPERATOR, ENDED};
 use dragnet_export::cot::{self, Source};
 use dragnet_live::foxglove;
 use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
-use dragnet_proto::state_machine::StateMachine;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
@@ -307,14 +306,13 @@ fn conclude(
     mission: &Mission,
     shown: Option<Page>,
 ) -> Result<(), RuntimeError> {
-    let is_over = node.is_over();
-    let summary = is_over.then(|| (ENDED.to_owned(), BY_THE_OPERATOR.to_owned()));
-    let finds = FindCounts::of(&node.finish(ended, summary.into_iter().collect())?.finds());
+    let by = node.ended();
+    let finds = FindCounts::of(&node.finish(ended, BTreeMap::new())?.finds());
     if finds.has_verdicts() {
         tracing::info!("coordinator ends: {finds}");
     }
-    if is_over {
-        tracing::info!("{} of mission {mission} ends: the operator has ended it", Participant::Coordinator);
+    if let Some(by) = by {
+        tracing::info!("{} of mission {mission} ends: ended {by}", Participant::Coordinator);
         if let Some(page) = shown {
             page.serve_until(|| tokio::time::sleep(PARTING));
         }

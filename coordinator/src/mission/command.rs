@@ -7,7 +7,7 @@ use std::time::Duration;
 use dragnet_proto::command::Command;
 use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::marks::Marks;
-use dragnet_proto::message::{MarkReport, OrderReport, VerdictReport, ZoneReport};
+use dragnet_proto::message::{Activity, Heartbeat, MarkReport, OrderReport, VerdictReport, ZoneReport};
 use dragnet_proto::orders::{RobotOrder, RobotOrders};
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_proto::zones::{Zone, Zones};
@@ -55,6 +55,10 @@ impl Mission {
             Command::Zone(zone, cells) => return self.zone(now, zone, &cells, outcome),
             Command::EndNow => {
                 self.ends_now = true;
+                // Robots that have the order need no other one, which none of them could acknowledge any more.
+                if self.directive.order == TeamOrder::End && self.own.is_to_all(&self.directive) {
+                    return;
+                }
                 return self.command(now, Command::Team(TeamOrder::End), outcome);
             }
             Command::Team(order) => {
@@ -95,19 +99,30 @@ impl Mission {
     }
 
     /// Whether the operator has ended the mission, and every robot of the team is back, with all that it has seen, or need not
-    /// be. An order to end that
-    /// robots bring is of an earlier process, or of another coordinator: that one ends.
+    /// be. The order may be of an earlier process of this coordinator, if it has seen robots on their way back; one after which
+    /// all rest already ended an earlier mission.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        let awaited = self.awaited().filter(|_| self.own.is_to_all(&self.directive));
+        let is_own = self.own.is_to_all(&self.directive) || self.saw_return;
         let has_all = || self.resting.are_in(self.replica.log());
+        let awaited = self.awaited().filter(|_| is_own);
         awaited.is_some_and(|awaited| self.ends_now || (awaited.is_empty() && has_all()))
     }
 
     /// The robots that are not known to be back, if the mission is ending.
     #[must_use]
     pub fn awaited(&self) -> Option<Vec<RobotId>> {
-        self.resting.awaited(self.config.robots.iter().copied(), &self.directive)
+        let is_called = |robot| self.orders.current(robot, &self.directive) == RobotOrder::Return;
+        self.resting.awaited(self.config.robots.iter().copied(), &self.directive, is_called)
+    }
+
+    /// A robot has told what it does: whether it still drives by the order to end.
+    pub(super) fn watch_return(&mut self, heartbeat: &Heartbeat) {
+        self.resting.beat(heartbeat);
+        let is_ending = self.directive.order == TeamOrder::End;
+        let follows = heartbeat.directive.numbered_order() == self.directive.numbered_order();
+        self.saw_return =
+            is_ending && (self.saw_return || (follows && heartbeat.activity == Activity::Returning));
     }
 
     fn is_here(&self, robot: RobotId) -> bool {

@@ -701,7 +701,8 @@ fn rests(mission: &mut Mission, now: MissionTime, robot: RobotId, seen: u64) {
 #[test]
 fn a_mission_that_is_ended_is_over_once_all_robots_are_back_and_all_they_saw_is_here() {
     let mut mission = mission();
-    [ONE, TWO].into_iter().for_each(|robot| rests(&mut mission, at(1), robot, 0));
+    rests(&mut mission, at(1), ONE, 0);
+    rests(&mut mission, at(1), TWO, 0);
     command(&mut mission, at(2), Command::Team(TeamOrder::End));
     assert_eq!(mission.awaited(), Some(vec![ONE, TWO]), "they rested before they knew");
     rests(&mut mission, at(3), ONE, 1);
@@ -715,6 +716,9 @@ fn a_mission_that_is_ended_is_over_once_all_robots_are_back_and_all_they_saw_is_
     assert!(mission.is_over());
     receive(&mut mission, at(8), TWO, heartbeat(TWO, at(8), vec![]));
     assert!(!mission.is_over(), "one drives again");
+    rests(&mut mission, at(8), TWO, 0);
+    command(&mut mission, at(9), Command::Robot(TWO, RobotOrder::Search));
+    assert_eq!(mission.awaited(), Some(vec![TWO]), "it rests where its search ends");
     command(&mut mission, at(9), Command::Team(TeamOrder::Search));
     assert_eq!((mission.awaited(), mission.is_over()), (None, false));
 }
@@ -729,13 +733,25 @@ fn a_mission_is_ended_at_once_by_its_own_operator_alone() {
     // Started again: it ends no mission that it was not told to end.
     let mut again = self::mission();
     again.directive = mission.directive.clone();
-    [ONE, TWO].into_iter().for_each(|robot| rests(&mut again, at(1), robot, 0));
+    rests(&mut again, at(1), ONE, 0);
+    rests(&mut again, at(1), TWO, 0);
     assert_eq!((again.awaited(), again.is_over()), (Some(vec![]), false));
     command(&mut again, at(3), Command::Team(TeamOrder::End));
     assert!(!again.is_over(), "robots are told anew");
-    [ONE, TWO].into_iter().for_each(|robot| rests(&mut again, at(4), robot, 0));
+    rests(&mut again, at(4), ONE, 0);
+    rests(&mut again, at(4), TWO, 0);
     assert!(again.is_over());
     command(&mut again, at(5), Command::EndNow);
     command(&mut again, at(6), Command::Team(TeamOrder::Pause));
     assert!(!again.is_over(), "it is resumed before the coordinator has ended");
+
+    // Started again while a robot drives back: it goes on with the ending.
+    let mut amid = self::mission();
+    let Message::Heartbeat(mut beat) = heartbeat(ONE, at(1), vec![]) else { unreachable!() };
+    (beat.activity, beat.directive) = (Activity::Returning, mission.directive().clone());
+    receive(&mut amid, at(1), ONE, Message::Heartbeat(beat));
+    rests(&mut amid, at(2), TWO, 0);
+    assert_eq!((amid.awaited(), amid.is_over()), (Some(vec![ONE]), false));
+    rests(&mut amid, at(3), ONE, 0);
+    assert!(amid.is_over());
 }

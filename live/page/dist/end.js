@@ -24,11 +24,11 @@ export class EndForm {
 }
 const FIRST = [
     "End the mission?",
-    "All robots return to their bases. Once they are back the recording is finished, and nothing can be ordered any more. Until then they can be resumed.",
+    "All robots return to their bases. Once they are back the recording is finished, and nothing can be ordered any more. Until then any other order to all of them takes the end back.",
     "End mission",
 ];
 function now(awaited) {
-    const text = "The recording is finished, and nothing can be ordered any more. Robots that are not back still return to their bases; what they have not told is not recorded.";
+    const text = "The recording is finished, and nothing can be ordered any more. Robots that have the order still return to their bases; what they have not told is not recorded.";
     if (awaited.length === 0)
         return ["End now?", text, "End now"];
     return [`End now, without ${named(awaited)}?`, text, "End now"];

@@ -2,6 +2,7 @@ import { clock } from "./mission.js";
 import { named } from "./orders.js";
 import { element } from "./panel.js";
 const RESTS = new Set(["cleared", "spent", "stuck", "recalled"]);
+const AWAY = new Set(["lost", "awaited"]);
 const HELD = new Set(["paused", "holding"]);
 export function showStatus(mission, freshness) {
     const isOver = mission?.isOver === true;
@@ -37,7 +38,7 @@ export function showStatus(mission, freshness) {
 }
 function link(mission, freshness) {
     if (mission.isOver)
-        return freshness.kind === "closed" ? `The mission is over. The page shows its end: ${last(mission)}.` : "";
+        return over(mission, freshness);
     if (freshness.kind === "fresh")
         return "";
     const since = freshness.since.toLocaleTimeString(undefined, { hour12: false });
@@ -47,6 +48,11 @@ function link(mission, freshness) {
     const goOn = mission.hello.end === null ? " The robots continue to search." : "";
     const source = mission.hello.end === null ? "the coordinator" : "the program with the recording";
     return `No news from ${source} since ${since}. The page shows what was known then: ${last(mission)}.${goOn}`;
+}
+function over(mission, freshness) {
+    const awaited = mission.frame?.ending ?? [];
+    const without = awaited.length === 0 ? "" : `The mission was ended without ${named(awaited)}. `;
+    return without + (freshness.kind === "closed" ? `The page shows its end: ${last(mission)}.` : "");
 }
 function last(mission) {
     const { time, robots, declared } = mission.frame ?? { time: 0, robots: [], declared: [] };
@@ -64,12 +70,15 @@ function ending(mission) {
     const awaited = mission.frame?.ending;
     if (awaited === undefined || mission.isOver || mission.hello.end !== null)
         return "";
+    const away = (mission.frame?.robots ?? []).filter(({ robot, state }) => awaited.includes(robot) && AWAY.has(state)).map(({ robot }) => robot);
+    const are = (robots) => (robots.length === 1 ? "is" : "are");
+    const lost = away.length === 0 ? "" : ` Out of reach ${are(away)} ${named(away)}.`;
     if (awaited.length > 0)
-        return `The mission ends once ${named(awaited)} ${awaited.length === 1 ? "is" : "are"} back.`;
+        return `The mission ends once ${named(awaited)} ${are(awaited)} back.${lost}`;
     return "All robots are back from the mission that was ended: resume them, or end it now.";
 }
 function held(mission) {
-    const here = (mission.frame?.robots ?? []).filter(({ state }) => state !== "lost" && state !== "awaited");
+    const here = (mission.frame?.robots ?? []).filter(({ state }) => !AWAY.has(state));
     const waits = here.filter(({ state }) => HELD.has(state)).map((robot) => robot.robot);
     const isOver = waits.length < here.length && here.every(({ state }) => HELD.has(state) || RESTS.has(state));
     if (mission.isOver || mission.hello.end !== null || waits.length === 0 || !isOver)

@@ -7,6 +7,7 @@ import { element } from "./panel.js";
 
 /** States of robots whose search is over, and of those that the operator keeps from it. */
 const RESTS: ReadonlySet<State> = new Set(["cleared", "spent", "stuck", "recalled"] as const);
+const AWAY: ReadonlySet<State> = new Set(["lost", "awaited"] as const);
 const HELD: ReadonlySet<State> = new Set(["paused", "holding"] as const);
 
 export function showStatus(mission: Mission | undefined, freshness: Freshness): void {
@@ -35,7 +36,7 @@ export function showStatus(mission: Mission | undefined, freshness: Freshness): 
 }
 
 function link(mission: Mission, freshness: Freshness): string {
-  if (mission.isOver) return freshness.kind === "closed" ? `The mission is over. The page shows its end: ${last(mission)}.` : "";
+  if (mission.isOver) return over(mission, freshness);
   if (freshness.kind === "fresh") return "";
   const since = freshness.since.toLocaleTimeString(undefined, { hour12: false });
   if (freshness.kind === "quiet") {
@@ -44,6 +45,13 @@ function link(mission: Mission, freshness: Freshness): string {
   const goOn = mission.hello.end === null ? " The robots continue to search." : "";
   const source = mission.hello.end === null ? "the coordinator" : "the program with the recording";
   return `No news from ${source} since ${since}. The page shows what was known then: ${last(mission)}.${goOn}`;
+}
+
+/** That the mission is over, once there is nothing behind the page any more, and without which robots it was ended. */
+function over(mission: Mission, freshness: Freshness): string {
+  const awaited = mission.frame?.ending ?? [];
+  const without = awaited.length === 0 ? "" : `The mission was ended without ${named(awaited)}. `;
+  return without + (freshness.kind === "closed" ? `The page shows its end: ${last(mission)}.` : "");
 }
 
 /** What the page knew last. */
@@ -65,13 +73,16 @@ function doubles(mission: Mission): string {
 function ending(mission: Mission): string {
   const awaited = mission.frame?.ending;
   if (awaited === undefined || mission.isOver || mission.hello.end !== null) return "";
-  if (awaited.length > 0) return `The mission ends once ${named(awaited)} ${awaited.length === 1 ? "is" : "are"} back.`;
+  const away = (mission.frame?.robots ?? []).filter(({ robot, state }) => awaited.includes(robot) && AWAY.has(state)).map(({ robot }) => robot);
+  const are = (robots: number[]) => (robots.length === 1 ? "is" : "are");
+  const lost = away.length === 0 ? "" : ` Out of reach ${are(away)} ${named(away)}.`;
+  if (awaited.length > 0) return `The mission ends once ${named(awaited)} ${are(awaited)} back.${lost}`;
   return "All robots are back from the mission that was ended: resume them, or end it now.";
 }
 
 /** Robots that keep a search open which is over for all others. */
 function held(mission: Mission): string {
-  const here = (mission.frame?.robots ?? []).filter(({ state }) => state !== "lost" && state !== "awaited");
+  const here = (mission.frame?.robots ?? []).filter(({ state }) => !AWAY.has(state));
   const waits = here.filter(({ state }) => HELD.has(state)).map((robot) => robot.robot);
   const isOver = waits.length < here.length && here.every(({ state }) => HELD.has(state) || RESTS.has(state));
   if (mission.isOver || mission.hello.end !== null || waits.length === 0 || !isOver) return "";

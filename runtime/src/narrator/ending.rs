@@ -12,6 +12,8 @@ pub(super) struct Ending {
     is_over: bool,
     /// Robots that the search waits for.
     held: BTreeSet<RobotId>,
+    /// Robots that the end of the mission waits for.
+    awaited: Vec<RobotId>,
 }
 
 impl Ending {
@@ -65,6 +67,18 @@ impl Ending {
             "the search waits for {robots}, which {what} by your order: resume {them}, or call {them} back"
         ))
     }
+
+    /// That the mission ends once these robots are back, whenever they change.
+    pub(super) fn awaits(&mut self, awaited: Option<Vec<RobotId>>) -> Option<String> {
+        let awaited = awaited.unwrap_or_default();
+        if awaited == self.awaited {
+            return None;
+        }
+        self.awaited = awaited;
+        let are = if self.awaited.len() == 1 { "is" } else { "are" };
+        (!self.awaited.is_empty())
+            .then(|| format!("the mission ends once {} {are} back", named(&self.awaited)))
+    }
 }
 
 /// `robot 3`, or `robots 1, 4 to 17`: ascending numbers, with runs of more than two in short.
@@ -108,6 +122,18 @@ mod tests {
         assert_eq!(rests(2, Spent), None, "once");
         assert_eq!(rests(2, Searching), None);
         assert!(rests(2, Spent).is_some(), "again");
+    }
+
+    #[test]
+    fn the_robots_that_the_end_waits_for_are_told_whenever_they_change() {
+        let mut ending = Ending::default();
+        assert_eq!(ending.awaits(None), None);
+        let all = || Some([1, 2, 3].map(robot).to_vec());
+        assert_eq!(ending.awaits(all()).unwrap(), "the mission ends once robots 1 to 3 are back");
+        assert_eq!(ending.awaits(all()), None, "once");
+        let one = Some(vec![robot(2)]);
+        assert_eq!(ending.awaits(one).unwrap(), "the mission ends once robot 2 is back");
+        assert_eq!(ending.awaits(Some(Vec::new())), None);
     }
 
     #[test]

@@ -52,7 +52,7 @@ pub(super) async fn run(
     let clock = Clock::new(real_time_factor);
     let session = mesh.open_participant(Participant::Coordinator).await?;
     let link = Link::join(session, mission.clone(), Participant::Coordinator, codec.clone()).await?;
-    let mut node: JoinHandle<Result<(CoordinatorNode, Log), RuntimeError>> =
+    let mut node: JoinHandle<Result<Finished, RuntimeError>> =
         participate(link, node, scenario.places(), real_time_factor, commands, node_stopped);
     let sending = feed.map(Feed::start);
     let mut children = Children::default();
@@ -85,24 +85,7 @@ pub(super) async fn run(
             .run()
             .await
     };
-    let mut over = None;
-    // However it ends, the coordinator's recording is finished.
-    let mut ended = {
-        tokio::pin!(search, asked);
-        tokio::select! {
-            ended = &mut search => Some(ended),
-            () = &mut asked => None,
-            finished = joined(&mut node) => {
-                let (node, _) = over.insert(finished?);
-                if node.mission().awaited().is_some_and(|awaited| !awaited.is_empty()) {
-                    None
-                } else {
-                    // All robots are back: the search is over too.
-                    tokio::select! { ended = search => Some(ended), () = asked => None }
-                }
-            }
-        }
-    };
+    let (mut ended, over) = ended(search, asked, &mut node).await?;
     // It ends first: robots that leave after the search are not lost.
     drop(stop_node);
     let (node, _) = match over {
@@ -139,6 +122,31 @@ pub(super) async fn run(
             Err(RuntimeError::Stopped { recording })
         }
     }
+}
+
+/// A coordinator that has ended, with the measurements of its run.
+type Finished = (CoordinatorNode, Log);
+
+/// What the search ends with, `None` if it is stopped before, and the coordinator, if that has ended before: its operator has
+/// ended the mission. However it ends, the coordinator's recording is to be finished.
+async fn ended<E>(
+    search: impl Future<Output = E>,
+    asked: impl Future<Output = ()>,
+    node: &mut JoinHandle<Result<Finished, RuntimeError>>,
+) -> Result<(Option<E>, Option<Finished>), RuntimeError> {
+    tokio::pin!(search, asked);
+    let (node, log) = tokio::select! {
+        ended = &mut search => return Ok((Some(ended), None)),
+        () = &mut asked => return Ok((None, None)),
+        finished = joined(node) => finished?,
+    };
+    let ended = if node.mission().awaited().is_some_and(|awaited| !awaited.is_empty()) {
+        None
+    } else {
+        // All robots are back: the search is over too.
+        tokio::select! { ended = search => Some(ended), () = asked => None }
+    };
+    Ok((ended, Some((node, log))))
 }
 
 /// Runs a participant until the mission stops; returns its final state.
