@@ -17,7 +17,8 @@
 //! /robots/0/marks            the operator's marks, when they change
 //! /robots/<robot>/marks      those that a robot has received; both only once there are any
 //! /objects                   each declaration of an object
-//! /objects/geojson           all declared objects, when they change
+//! /objects/marker            all declared objects, when they change
+//! /objects/geojson           the same on the earth
 //! /areas/geojson             the areas drawn on the map, once
 //! /mission/status            with all declared objects
 //! ```

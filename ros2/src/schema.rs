@@ -3,13 +3,14 @@
 //! A schema is the definition of a message followed by those of all messages in it, as MCAP's encoding `ros2msg`
 //! requires: a reader needs no other file.
 
+mod markers;
 mod robot;
 mod standard;
 mod type_hash;
 
 use serde::Serialize;
 
-use crate::wire::{robot as robots, standard as others, vision};
+use crate::wire::{markers as signs, robot as robots, standard as others, vision};
 
 /// The encoding of schemas, as MCAP and Foxglove name it.
 pub const ENCODING: &str = "ros2msg";
@@ -102,6 +103,11 @@ ros_messages! {
     others::Vector2 => "foxglove_msgs/msg/Vector2",
     others::PackedElementField => "foxglove_msgs/msg/PackedElementField",
     others::Grid => "foxglove_msgs/msg/Grid",
+    signs::Duration => "builtin_interfaces/msg/Duration",
+    signs::ColorRgba => "std_msgs/msg/ColorRGBA",
+    signs::UvCoordinate => "visualization_msgs/msg/UVCoordinate",
+    signs::MeshFile => "visualization_msgs/msg/MeshFile",
+    signs::Marker => "visualization_msgs/msg/Marker",
     robots::PoseWithCovariance => "geometry_msgs/msg/PoseWithCovariance",
     robots::PoseWithCovarianceStamped => "geometry_msgs/msg/PoseWithCovarianceStamped",
     robots::Twist => "geometry_msgs/msg/Twist",
@@ -176,7 +182,8 @@ fn needed(name: &str, known: Definitions) -> Vec<&'static str> {
 
 /// The text of one message without those in it.
 fn definition(name: &str, known: Definitions) -> &'static str {
-    let mut all = known.iter().chain(&standard::DEFINITIONS).chain(&robot::DEFINITIONS);
+    let shared = standard::DEFINITIONS.iter().chain(&robot::DEFINITIONS).chain(&markers::DEFINITIONS);
+    let mut all = known.iter().chain(shared);
     let found = all.find(|(known, _)| *known == name);
     debug_assert!(found.is_some(), "no definition of {name}");
     found.map_or("", |(_, text)| text)

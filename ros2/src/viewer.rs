@@ -9,6 +9,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
+use crate::wire::markers::{ColorRgba, Marker};
 use crate::wire::robot::NavSatFix;
 use crate::wire::standard::{
     Grid, Header, MapMetaData, OccupancyGrid, PackedElementField, Path, Point, Pose, PoseStamped, Quaternion,
@@ -20,6 +21,9 @@ pub const MAP_FRAME: &str = "map";
 
 /// Bytes of one `f32`.
 const CELL_BYTES: u32 = 4;
+
+/// Of finds, as on the live page.
+const OBJECT_COLOR: ColorRgba = ColorRgba { r: 0.76, g: 0.25, b: 0.05, a: 0.9 };
 
 /// Converts one mission to messages for viewers.
 #[derive(Clone, Copy, Debug)]
@@ -143,6 +147,27 @@ impl<'a> Viewer<'a> {
         }
     }
 
+    /// A ball in each of these cells, in place of those of the marker before.
+    #[must_use]
+    pub fn marker(&self, objects: impl IntoIterator<Item = Cell>, time: MissionTime) -> Marker {
+        let edge = self.terrain.cell_meters();
+        let point = |cell| {
+            let (x, y) = self.origin.center(self.terrain, cell);
+            Point { x, y, z: edge / 2.0 }
+        };
+        let points: Vec<Point> = objects.into_iter().map(point).collect();
+        Marker {
+            header: self.header(time),
+            ns: "objects".into(),
+            r#type: Marker::SPHERE_LIST,
+            action: if points.is_empty() { Marker::DELETE } else { Marker::ADD },
+            scale: Vector3 { x: edge, y: edge, z: edge },
+            color: OBJECT_COLOR,
+            points,
+            ..Marker::default()
+        }
+    }
+
     /// The pose of a robot's own frame on the map.
     #[must_use]
     pub fn map_from_robot(&self, robot: RobotId, cell: Cell, time: MissionTime) -> TFMessage {
@@ -189,6 +214,18 @@ mod tests {
     // From the south: open, passage; out of reach, blocked.
     fn terrain() -> Terrain {
         Terrain::from_ascii("~#\n.,", 30.0).unwrap()
+    }
+
+    #[test]
+    fn objects_are_balls_on_the_ground_in_the_frame_of_the_maps_file() {
+        let terrain = terrain();
+        let origin = MapOrigin { x_meters: 100.0, y_meters: -50.0, yaw_radians: 0.0 };
+        let viewer = Viewer::new(&terrain, origin, 0);
+        let marker = viewer.marker(terrain.grid().cell_numbered(1), MissionTime(5));
+        assert_eq!((marker.r#type, marker.action), (Marker::SPHERE_LIST, Marker::ADD));
+        assert_eq!(marker.points, [Point { x: 145.0, y: -35.0, z: 15.0 }]);
+        assert_eq!((marker.scale.x, marker.header.frame_id.as_str()), (30.0, MAP_FRAME));
+        assert_eq!(viewer.marker([], MissionTime(6)).action, Marker::DELETE, "none is left");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! their bytes by [`crate::cdr`].
 
 mod bytes;
+pub mod markers;
 pub mod robot;
 pub mod standard;
 pub mod vision;

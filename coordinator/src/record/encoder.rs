@@ -208,14 +208,21 @@ impl Encoder {
         let before = std::mem::replace(&mut self.declared, status.declared.iter().map(name).collect());
         let new = status.declared.iter().filter(|object| !before.contains(&name(object)));
         let objects = new.map(|object| self.message(Topic::Objects, times, &wire::Detection::from(object)));
-        let places = (before != self.declared).then(|| self.declared_places()).flatten();
-        let places = places.map(|places| self.message(Topic::Places, times, &places));
+        let places = (before != self.declared).then(|| self.declared_places(times));
         let status = self.message(Topic::MissionStatus, times, &wire::MissionStatus::from(status));
-        objects.chain(places).chain([status]).collect()
+        objects.chain(places.into_iter().flatten()).chain([status]).collect()
     }
 
-    /// All declared objects on the earth, if that is known.
-    fn declared_places(&self) -> Option<GeoJson> {
+    /// All declared objects as viewers draw them: on the map, and on the earth if that is known.
+    fn declared_places(&self, times: Times) -> impl Iterator<Item = Encoded> + use<> {
+        let cells = self.declared.iter().map(|&(cell, _)| cell);
+        let marker = self.viewer().marker(cells, times.published);
+        let earth = self.places_on_earth();
+        let earth = earth.map(|places| self.message(Topic::Places, times, &places));
+        std::iter::once(self.message(Topic::Marker, times, &marker)).chain(earth)
+    }
+
+    fn places_on_earth(&self) -> Option<GeoJson> {
         let feature = |&(cell, _): &(Cell, u64)| {
             let GeoPoint { longitude_degrees, latitude_degrees } = self.places.center(cell)?;
             Some(json!({

@@ -18,6 +18,8 @@ pub enum Topic {
     Transforms,
     /// The areas drawn on the map, `foxglove_msgs/msg/GeoJSON`; if the map lies on the earth and has any.
     Areas,
+    /// All declared objects, `visualization_msgs/msg/Marker`, when they change.
+    Marker,
     /// All declared objects, `foxglove_msgs/msg/GeoJSON`, when they change; if the map lies on the earth.
     Places,
     /// Each declaration of an object, `dragnet_msgs/msg/Detection`.
@@ -71,6 +73,7 @@ impl Topic {
             | Self::BeliefProbability
             | Self::MissionStatus
             | Self::Areas
+            | Self::Marker
             | Self::Places => TRANSIENT_LOCAL,
             Self::Transforms | Self::Objects | Self::Robot(..) => VOLATILE,
         };
@@ -86,6 +89,7 @@ impl fmt::Display for Topic {
             Self::BeliefProbability => formatter.write_str("/belief/probability"),
             Self::Transforms => formatter.write_str("/tf"),
             Self::Areas => formatter.write_str("/areas/geojson"),
+            Self::Marker => formatter.write_str("/objects/marker"),
             Self::Places => formatter.write_str("/objects/geojson"),
             Self::Objects => formatter.write_str("/objects"),
             Self::MissionStatus => formatter.write_str(Self::MISSION_STATUS),

@@ -6,6 +6,7 @@ use dragnet_coordinator::record::Header;
 use dragnet_coordinator::record::encoder::{Encoded, Encoder};
 use dragnet_ros2::cdr;
 use dragnet_ros2::schema::RosMessage;
+use dragnet_ros2::wire::markers::Marker;
 use dragnet_ros2::wire::robot::NavSatFix;
 use dragnet_ros2::wire::standard::GeoJson;
 use dragnet_scenario::map_file::Earth;
@@ -64,6 +65,10 @@ fn robots_objects_and_areas_have_places_on_the_earth() {
     assert!((first.latitude - 47.0 - 15.0 * north).abs() < 1e-7, "{first:?}");
     assert!((first.longitude - 9.5 - 15.0 * east).abs() < 1e-7, "{first:?}");
     assert!(first.altitude.is_nan() && last.longitude > first.longitude + 29.0 * east, "{last:?}");
+
+    let balls = of(&messages, "/objects/marker", Marker::NAME).into_iter();
+    let balls = balls.map(|message| cdr::decode::<Marker>(message.data()).unwrap().points.len());
+    assert_eq!(balls.collect::<Vec<_>>(), [1, 2, 1], "one is withdrawn");
 
     let places = geojson(&messages, "/objects/geojson");
     let names = |place: &Value| {

@@ -165,12 +165,12 @@ async function checkLate(recorded) {
   assert.equal(await closed, 1005, "the server answers a farewell");
 }
 
-/** The layout that is shipped names topics and fields that are there; it has more robots than this search. */
+/** The layout that is shipped names topics and fields that are there; it has more robots than this search, and the marker of finds. */
 async function checkLayout(watcher) {
   const { configById } = JSON.parse(await readFile(new URL("../../../docs/foxglove.json", import.meta.url), "utf8"));
   const topics = Object.keys(configById["3D!search"].topics);
   const missing = topics.filter((topic) => !watcher.channels.has(topic));
-  assert.ok(missing.length < topics.length && missing.every((topic) => Number(topic.split("/")[2]) > 3), `${missing}`);
+  assert.ok(missing.length < topics.length && missing.every((topic) => topic === "/objects/marker" || Number(topic.split("/")[2]) > 3), `${missing}`);
   const { colorField } = configById["3D!search"].topics["/belief/probability"];
   assert.equal(watcher.last("/belief/probability").fields[0].name, colorField);
   const [topic, field] = configById["Plot!remaining"].paths[0].value.split(".");
