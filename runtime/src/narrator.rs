@@ -74,6 +74,11 @@ impl Narrator {
         self.tell_end();
     }
 
+    /// A robot is here.
+    pub(crate) fn expect(&mut self, robot: RobotId) {
+        self.ending.expect(robot);
+    }
+
     /// A robot has left.
     pub(crate) fn lose(&mut self, robot: RobotId) {
         self.ending.lose(robot);

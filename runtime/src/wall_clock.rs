@@ -286,6 +286,9 @@ impl Driver<'_> {
                 self.teller.warn(Kind::NoMessage, from, text);
             }
             Incoming::Came(participant, _) => {
+                if let Participant::Robot(robot) = participant {
+                    self.narrator.expect(robot);
+                }
                 let (kind, what) = if self.gone.remove(&participant) {
                     (Kind::Back, "is back")
                 } else {

@@ -60,7 +60,7 @@ fn changing_the_mission_requires_the_token() {
     refused(
         r#"{"command":"mark","row":0,"column":0,"as":"clue"}"#,
         400,
-        "is not known; allowed are pause, resume, return, go, clue",
+        "is not known; allowed are pause, resume, return, end, go, clue",
     );
     refused(r#"{"command":"pause","robot":null}"#, 400, "null");
     refused(r#"{"command":"pause","robot":9}"#, 422, "there is no robot 9; the team has robots 1 to 3");

@@ -1,4 +1,4 @@
-//! Markers that RViz, Foxglove and Lichtblick draw, as defined by ROS 2.
+//! Markers that viewers draw, as defined by ROS 2.
 
 use serde::{Deserialize, Serialize};
 

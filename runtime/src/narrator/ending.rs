@@ -9,6 +9,8 @@ use dragnet_search::observation::RobotId;
 #[derive(Default)]
 pub(super) struct Ending {
     activities: BTreeMap<RobotId, Activity>,
+    /// Robots that are here, and have not told yet what they do.
+    silent: BTreeSet<RobotId>,
     is_over: bool,
     /// Robots that the search waits for.
     held: BTreeSet<RobotId>,
@@ -17,19 +19,29 @@ pub(super) struct Ending {
 }
 
 impl Ending {
+    /// A robot is here.
+    pub(super) fn expect(&mut self, robot: RobotId) {
+        if !self.activities.contains_key(&robot) {
+            self.silent.insert(robot);
+        }
+    }
+
     /// A robot does this.
     pub(super) fn receive(&mut self, robot: RobotId, activity: Activity) {
+        self.silent.remove(&robot);
         self.activities.insert(robot, activity);
     }
 
     /// A robot has left.
     pub(super) fn lose(&mut self, robot: RobotId) {
+        self.silent.remove(&robot);
         self.activities.remove(&robot);
     }
 
     /// That all robots rest, and why, once.
     pub(super) fn rests(&mut self) -> Option<String> {
-        let is_over = !self.activities.is_empty() && self.activities.values().all(|it| it.is_rest());
+        let is_known = self.silent.is_empty() && !self.activities.is_empty();
+        let is_over = is_known && self.activities.values().all(|it| it.is_rest());
         let was_over = std::mem::replace(&mut self.is_over, is_over);
         let mut reasons: BTreeMap<&str, Vec<RobotId>> = BTreeMap::new();
         for (&robot, activity) in &self.activities {
@@ -47,7 +59,7 @@ impl Ending {
     /// That the search would be over but for robots that stay where they are by the operator's order, once.
     pub(super) fn waits(&mut self) -> Option<String> {
         let is_held = |activity: Activity| matches!(activity, Activity::Holding | Activity::Paused);
-        let waits = self.activities.values().all(|&it| it.is_rest() || is_held(it));
+        let waits = self.silent.is_empty() && self.activities.values().all(|&it| it.is_rest() || is_held(it));
         let held = self.activities.iter().filter(|&(_, &activity)| waits && is_held(activity));
         let (robots, activities): (Vec<RobotId>, Vec<Activity>) = held.unzip();
         let now: BTreeSet<RobotId> = robots.iter().copied().collect();
@@ -122,6 +134,22 @@ mod tests {
         assert_eq!(rests(2, Spent), None, "once");
         assert_eq!(rests(2, Searching), None);
         assert!(rests(2, Spent).is_some(), "again");
+    }
+
+    #[test]
+    fn nothing_is_over_before_each_robot_that_is_here_has_told_what_it_does() {
+        let mut ending = Ending::default();
+        ending.expect(robot(1));
+        ending.expect(robot(2));
+        ending.receive(robot(1), Cleared);
+        assert_eq!((ending.rests(), ending.waits()), (None, None));
+        ending.receive(robot(2), Holding);
+        assert!(ending.waits().is_some());
+        ending.expect(robot(3));
+        ending.receive(robot(2), Cleared);
+        assert_eq!(ending.rests(), None);
+        ending.lose(robot(3));
+        assert!(ending.rests().unwrap().starts_with("all robots that are here (2) rest"));
     }
 
     #[test]
