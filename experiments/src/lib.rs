@@ -16,6 +16,7 @@
 
 pub mod benchmark;
 pub mod comparison;
+mod cut_off;
 pub mod demonstrations;
 mod error;
 pub mod forecast;

@@ -12,6 +12,7 @@ use xxhash_rust::xxh3::xxh3_128;
 use super::entry::{Decider, Entry};
 use super::summary::{Summary, summaries};
 use super::track::Track;
+use crate::cut_off::is_cut_off;
 use crate::{ExperimentError, output};
 
 const FORMAT: &str = "dragnet benchmark result";
@@ -153,7 +154,7 @@ impl BenchmarkResult {
     }
 
     fn parse(json: &[u8], program: &Program) -> Result<(Self, Track), String> {
-        let stamp: Stamp = serde_json::from_slice(json).map_err(|error| unreadable(&error))?;
+        let stamp: Stamp = serde_json::from_slice(json).map_err(|error| unreadable(json, &error))?;
         if stamp.format != FORMAT {
             return Err(format!("{NO_RESULT} (its format is {:?})", stamp.format));
         }
@@ -258,8 +259,8 @@ impl EpisodeResult {
 
 const NO_RESULT: &str = "no result of a benchmark; allowed is what `dragnet benchmark --out` writes";
 
-fn unreadable(error: &serde_json::Error) -> String {
-    if error.is_eof() {
+fn unreadable(json: &[u8], error: &serde_json::Error) -> String {
+    if is_cut_off(json, error) {
         format!("a result that was cut off ({error})")
     } else {
         format!("{NO_RESULT} ({error})")

@@ -8,6 +8,7 @@ use dragnet_sim::comparison::{Setting, Trial};
 use serde::{Deserialize, Serialize};
 
 use super::design::Design;
+use crate::cut_off::is_cut_off;
 use crate::shard::{self, Shard};
 use crate::{ExperimentError, output};
 
@@ -82,7 +83,7 @@ impl Part {
     }
 
     fn parse(json: &[u8]) -> Result<Self, String> {
-        let stamp: Stamp = serde_json::from_slice(json).map_err(|error| unreadable(&error))?;
+        let stamp: Stamp = serde_json::from_slice(json).map_err(|error| unreadable(json, &error))?;
         if stamp.format != FORMAT {
             return Err(format!("{NO_PART} (its format is {:?})", stamp.format));
         }
@@ -117,8 +118,8 @@ impl Part {
 
 const NO_PART: &str = "no part of a comparison; allowed is what `dragnet compare --shard` writes";
 
-fn unreadable(error: &serde_json::Error) -> String {
-    if error.is_eof() {
+fn unreadable(json: &[u8], error: &serde_json::Error) -> String {
+    if is_cut_off(json, error) {
         format!("a part that was cut off ({error}); delete it and run its shard again")
     } else {
         format!("{NO_PART} ({error})")
