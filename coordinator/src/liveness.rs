@@ -83,6 +83,18 @@ impl Liveness {
     }
 }
 
+/// `robot 3`, or `robots 1, 4 to 17`: ascending numbers, with runs of more than two in short.
+#[must_use]
+pub fn named(robots: &[RobotId]) -> String {
+    let numbers: Vec<u16> = robots.iter().map(|robot| robot.number()).collect();
+    let runs = numbers.chunk_by(|one, next| one + 1 == *next).map(|run| match run {
+        [first, _, .., last] => format!("{first} to {last}"),
+        _ => run.iter().map(u16::to_string).collect::<Vec<_>>().join(", "),
+    });
+    let plural = if numbers.len() == 1 { "" } else { "s" };
+    format!("robot{plural} {}", runs.collect::<Vec<_>>().join(", "))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

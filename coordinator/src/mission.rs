@@ -401,16 +401,17 @@ impl Mission {
         let readings = observations.iter().flat_map(|observation| &observation.readings);
         let belief = self.replica.knowledge().belief();
         let has_changed = self.declarations.review(now, belief, readings.map(|reading| reading.cell));
-        self.date(observations);
+        self.date(now, observations);
         has_changed
     }
 
     /// Dates declarations of cells of which new observations are older than a heartbeat, by all that is known of these cells.
-    fn date(&mut self, observations: &[Arc<Observation>]) {
-        let is_later = |dated: &Dated| {
-            self.declarations.is_later(dated.reading.cell, dated.time + self.config.heartbeat)
-        };
-        let later = observations.iter().flat_map(dated).filter(is_later);
+    fn date(&mut self, now: MissionTime, observations: &[Arc<Observation>]) {
+        let heartbeat = self.config.heartbeat;
+        // Mostly none: then nothing is looked up.
+        let old = observations.iter().filter(|it| MissionTime(it.time_ns) + heartbeat < now);
+        let is_later = |dated: &Dated| self.declarations.is_later(dated.reading.cell, dated.time + heartbeat);
+        let later = old.flat_map(dated).filter(is_later);
         let cells: BTreeSet<Cell> = later.map(|dated| dated.reading.cell).collect();
         if cells.is_empty() {
             return;

@@ -11,6 +11,7 @@ use dragnet_search::observation::RobotId;
 
 use crate::RecordingError;
 use crate::finds::FindCounts;
+use crate::liveness::named;
 use crate::mission::{Mission, Outcome, Record};
 use crate::record::{ENDED, FINDS, REST_OF_WORLD, Recorder, SUCCESS};
 use crate::recording::{Notify, Recording};
@@ -103,12 +104,9 @@ impl CoordinatorNode {
     #[must_use]
     pub fn ended(&self) -> Option<String> {
         let awaited = self.mission.awaited().filter(|_| self.mission.is_over())?;
-        let numbers: Vec<String> = awaited.iter().map(ToString::to_string).collect();
-        Some(match &numbers[..] {
-            [] => "by the operator".to_owned(),
-            [one] => format!("by the operator, without robot {one}"),
-            all => format!("by the operator, without robots {}", all.join(", ")),
-        })
+        let without =
+            if awaited.is_empty() { String::new() } else { format!(", without {}", named(&awaited)) };
+        Some(format!("by the operator{without}"))
     }
 
     /// Where the one subject is, for the end of the recording.

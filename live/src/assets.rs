@@ -54,8 +54,10 @@ assets! {
     "/describe.js", "text/javascript; charset=utf-8", "dist/describe.js";
     "/end.js", "text/javascript; charset=utf-8", "dist/end.js";
     "/finds.js", "text/javascript; charset=utf-8", "dist/finds.js";
+    "/form.js", "text/javascript; charset=utf-8", "dist/form.js";
     "/fresh.js", "text/javascript; charset=utf-8", "dist/fresh.js";
     "/grid.js", "text/javascript; charset=utf-8", "dist/grid.js";
+    "/kept.js", "text/javascript; charset=utf-8", "dist/kept.js";
     "/layers.js", "text/javascript; charset=utf-8", "dist/layers.js";
     "/map.js", "text/javascript; charset=utf-8", "dist/map.js";
     "/marks.js", "text/javascript; charset=utf-8", "dist/marks.js";

@@ -1,15 +1,9 @@
+import { form } from "./form.js";
 import { element } from "./panel.js";
 import { named } from "./orders.js";
 export class EndForm {
-    dialog = element("end-form", HTMLDialogElement);
+    dialog = form("end-form", () => this.given?.());
     given;
-    constructor() {
-        this.dialog.addEventListener("keydown", (event) => event.stopPropagation());
-        this.dialog.addEventListener("close", () => {
-            if (this.dialog.returnValue === "done")
-                this.given?.();
-        });
-    }
     open(mission, given) {
         this.given = given;
         const awaited = mission?.frame?.ending;

@@ -1,18 +1,12 @@
+import { form } from "./form.js";
 import { clock } from "./mission.js";
 import { element } from "./panel.js";
 import { coordinates } from "./place.js";
 const TITLES = { clue: "Clue", searched: "Searched by others" };
 export class MarkForm {
-    dialog = element("mark", HTMLDialogElement);
+    dialog = form("mark", () => this.given?.(this.said()));
     given;
     kind = "clue";
-    constructor() {
-        this.dialog.addEventListener("keydown", (event) => event.stopPropagation());
-        this.dialog.addEventListener("close", () => {
-            if (this.dialog.returnValue === "done")
-                this.given?.(this.said());
-        });
-    }
     open(kind, place, given) {
         [this.kind, this.given] = [kind, given];
         element("mark-title", HTMLElement).textContent = `${TITLES[kind]}: ${place}`;

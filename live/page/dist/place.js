@@ -1,3 +1,4 @@
+import { keep, kept } from "./kept.js";
 import { forward } from "./mgrs.js";
 export function degrees(hello, [east, north]) {
     if (hello.earth === null)
@@ -16,26 +17,17 @@ export function spotAt(hello, [latitude, longitude]) {
 }
 const KEPT = "notation";
 const WAYS = { degrees: inDegrees, mgrs: mgrsOf, utm: utmOf };
-let notation = kept();
+let notation = first();
+function first() {
+    const chosen = kept(KEPT);
+    return chosen === "mgrs" || chosen === "utm" ? chosen : "degrees";
+}
 export function noted() {
     return notation;
 }
 export function note(chosen) {
     notation = chosen;
-    try {
-        localStorage.setItem(KEPT, chosen);
-    }
-    catch {
-    }
-}
-function kept() {
-    try {
-        const kept = localStorage.getItem(KEPT);
-        return kept === "mgrs" || kept === "utm" ? kept : "degrees";
-    }
-    catch {
-        return "degrees";
-    }
+    keep(KEPT, chosen);
 }
 export function coordinates(hello, spot) {
     const point = degrees(hello, spot);

@@ -1,9 +1,10 @@
+import { keep, kept } from "./kept.js";
 import { element } from "./panel.js";
-const KEY = "dragnet.sound";
+const KEPT = "sound";
 const TONES = [[660, 0], [880, 0.18]];
 const TONE_SECONDS = 0.16;
 export class Sound {
-    isOn = stored() !== "off";
+    isOn = kept(KEPT) !== "off";
     context;
     button = element("sound", HTMLButtonElement);
     constructor() {
@@ -33,11 +34,7 @@ export class Sound {
     }
     turn(isOn) {
         this.isOn = isOn;
-        try {
-            localStorage.setItem(KEY, isOn ? "on" : "off");
-        }
-        catch {
-        }
+        keep(KEPT, isOn ? "on" : "off");
         this.show();
         this.play();
     }
@@ -46,13 +43,5 @@ export class Sound {
         this.button.textContent = this.isOn ? "Sound on" : "Sound off";
         const waits = this.isOn && this.context === undefined;
         this.button.title = waits ? "Browsers allow sound after the first click or key on the page" : "Sound of a find";
-    }
-}
-function stored() {
-    try {
-        return localStorage.getItem(KEY);
-    }
-    catch {
-        return null;
     }
 }

@@ -1,21 +1,14 @@
 // The end of the mission: it is asked for twice, so that no mission ends by accident.
 
+import { form } from "./form.js";
 import { element } from "./panel.js";
 import type { Mission } from "./mission.js";
 import { named } from "./orders.js";
 
 /** Asks whether the mission is to end. */
 export class EndForm {
-  private readonly dialog = element("end-form", HTMLDialogElement);
+  private readonly dialog = form("end-form", () => this.given?.());
   private given: (() => void) | undefined;
-
-  constructor() {
-    // What is typed here is no command.
-    this.dialog.addEventListener("keydown", (event) => event.stopPropagation());
-    this.dialog.addEventListener("close", () => {
-      if (this.dialog.returnValue === "done") this.given?.();
-    });
-  }
 
   /** Opens the form; `given` is called if the mission is to end: at once, if it is ending already. */
   open(mission: Mission | undefined, given: () => void): void {

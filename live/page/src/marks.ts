@@ -1,5 +1,6 @@
 // The operator's marks: the form in which they are made, and their list, in which they are withdrawn.
 
+import { form } from "./form.js";
 import type { MapView } from "./map.js";
 import { type MarkFrame, type Mission, type Spot, clock } from "./mission.js";
 import { element } from "./panel.js";
@@ -22,17 +23,9 @@ const TITLES: Record<MarkKind, string> = { clue: "Clue", searched: "Searched by 
 
 /** Asks for what is to be said of a mark. */
 export class MarkForm {
-  private readonly dialog = element("mark", HTMLDialogElement);
+  private readonly dialog = form("mark", () => this.given?.(this.said()));
   private given: ((said: Said) => void) | undefined;
   private kind: MarkKind = "clue";
-
-  constructor() {
-    // What is typed here is no command.
-    this.dialog.addEventListener("keydown", (event) => event.stopPropagation());
-    this.dialog.addEventListener("close", () => {
-      if (this.dialog.returnValue === "done") this.given?.(this.said());
-    });
-  }
 
   /** Opens the form for something in a place; `given` takes what was said. */
   open(kind: MarkKind, place: string, given: (said: Said) => void): void {

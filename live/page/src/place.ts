@@ -1,5 +1,6 @@
 // Coordinates of points of the map as people pass them on.
 
+import { keep, kept } from "./kept.js";
 import { forward } from "./mgrs.js";
 import type { Hello, Spot } from "./mission.js";
 
@@ -25,7 +26,12 @@ export type Notation = "degrees" | "mgrs" | "utm";
 
 const KEPT = "notation";
 const WAYS = { degrees: inDegrees, mgrs: mgrsOf, utm: utmOf };
-let notation: Notation = kept();
+let notation: Notation = first();
+
+function first(): Notation {
+  const chosen = kept(KEPT);
+  return chosen === "mgrs" || chosen === "utm" ? chosen : "degrees";
+}
 
 /** How the page writes coordinates. */
 export function noted(): Notation {
@@ -35,20 +41,7 @@ export function noted(): Notation {
 /** Chooses how the page writes coordinates, now and in later missions. */
 export function note(chosen: Notation): void {
   notation = chosen;
-  try {
-    localStorage.setItem(KEPT, chosen);
-  } catch {
-    // A browser that keeps nothing: it is chosen for now.
-  }
-}
-
-function kept(): Notation {
-  try {
-    const kept = localStorage.getItem(KEPT);
-    return kept === "mgrs" || kept === "utm" ? kept : "degrees";
-  } catch {
-    return "degrees";
-  }
+  keep(KEPT, chosen);
 }
 
 /**

@@ -1,14 +1,15 @@
 // The sound of a find, which the viewer can switch off.
 
+import { keep, kept } from "./kept.js";
 import { element } from "./panel.js";
 
-const KEY = "dragnet.sound";
+const KEPT = "sound";
 /** Two rising tones: hertz, and when each starts, seconds. */
 const TONES = [[660, 0], [880, 0.18]] as const;
 const TONE_SECONDS = 0.16;
 
 export class Sound {
-  private isOn = stored() !== "off";
+  private isOn = kept(KEPT) !== "off";
   private context: AudioContext | undefined;
   private readonly button = element("sound", HTMLButtonElement);
 
@@ -41,11 +42,7 @@ export class Sound {
 
   private turn(isOn: boolean): void {
     this.isOn = isOn;
-    try {
-      localStorage.setItem(KEY, isOn ? "on" : "off");
-    } catch {
-      // Without storage the choice holds until the page is closed.
-    }
+    keep(KEPT, isOn ? "on" : "off");
     this.show();
     this.play();
   }
@@ -55,13 +52,5 @@ export class Sound {
     this.button.textContent = this.isOn ? "Sound on" : "Sound off";
     const waits = this.isOn && this.context === undefined;
     this.button.title = waits ? "Browsers allow sound after the first click or key on the page" : "Sound of a find";
-  }
-}
-
-function stored(): string | null {
-  try {
-    return localStorage.getItem(KEY);
-  } catch {
-    return null;
   }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use dragnet_coordinator::liveness::named;
 use dragnet_proto::message::Activity;
 use dragnet_search::observation::RobotId;
 
@@ -91,17 +92,6 @@ impl Ending {
         (!self.awaited.is_empty())
             .then(|| format!("the mission ends once {} {are} back", named(&self.awaited)))
     }
-}
-
-/// `robot 3`, or `robots 1, 4 to 17`: ascending numbers, with runs of more than two in short.
-fn named(robots: &[RobotId]) -> String {
-    let numbers: Vec<u16> = robots.iter().map(|robot| robot.number()).collect();
-    let runs = numbers.chunk_by(|one, next| one + 1 == *next).map(|run| match run {
-        [first, _, .., last] => format!("{first} to {last}"),
-        _ => run.iter().map(u16::to_string).collect::<Vec<_>>().join(", "),
-    });
-    let plural = if numbers.len() == 1 { "" } else { "s" };
-    format!("robot{plural} {}", runs.collect::<Vec<_>>().join(", "))
 }
 
 #[cfg(test)]
