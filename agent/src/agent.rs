@@ -320,8 +320,12 @@ impl Agent {
                 }
             }
             Event::Released if !self.activity.is_rest() => self.decide(now, &mut effects),
-            Event::Released | Event::Start | Event::Commanded(_) | Event::Doubled(_) | Event::ClockSet(_) => {
-            }
+            Event::Released
+            | Event::Start
+            | Event::Commanded(_)
+            | Event::Doubled(_)
+            | Event::Pictured(_)
+            | Event::ClockSet(_) => {}
         }
         self.plan_to_think_again(now);
         Effects { wake_at: self.wake_at(), activity: self.activity, ..effects }
@@ -365,6 +369,12 @@ impl Agent {
     #[must_use]
     pub const fn decisions(&self) -> u64 {
         self.decisions
+    }
+
+    /// The robot.
+    #[must_use]
+    pub fn id(&self) -> RobotId {
+        self.config.id()
     }
 
     /// When a message of a teammate that is not lost arrived last.

@@ -9,6 +9,7 @@ use crate::finds::{Find, finds};
 use dragnet_proto::directive::added_prior;
 use dragnet_proto::marks::Marks;
 use dragnet_proto::message::{Detection, MissionStatus};
+use dragnet_proto::picture::Picture;
 use dragnet_proto::verdict::Verdicts;
 use dragnet_proto::zones::Zones;
 use dragnet_scenario::participant::Participant;
@@ -36,6 +37,8 @@ pub struct MissionFold {
     verdicts: Verdicts,
     zones: Zones,
     marks: Marks,
+    /// The best picture of each find.
+    pictures: BTreeMap<Cell, Arc<Picture>>,
     /// Of the cells that marks concern: probability that the searches of others would have detected an object.
     pod_of_others: BTreeMap<Cell, f64>,
 }
@@ -69,6 +72,7 @@ impl MissionFold {
             verdicts: Verdicts::default(),
             zones: Zones::default(),
             marks: Marks::default(),
+            pictures: BTreeMap::new(),
             pod_of_others: BTreeMap::new(),
         }
     }
@@ -120,6 +124,10 @@ impl MissionFold {
             Record::Orders(_) | Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {
                 Change::default()
             }
+            Record::Picture(picture) => {
+                self.pictures.insert(picture.facts.cell, Arc::clone(picture));
+                Change::default()
+            }
         }
     }
 
@@ -154,6 +162,12 @@ impl MissionFold {
     #[must_use]
     pub const fn belief(&self) -> &Belief {
         &self.belief
+    }
+
+    /// The best picture of each find, if robots have sent any.
+    #[must_use]
+    pub const fn pictures(&self) -> &BTreeMap<Cell, Arc<Picture>> {
+        &self.pictures
     }
 
     /// Positions and plans of robots.

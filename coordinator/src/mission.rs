@@ -7,7 +7,7 @@ mod command;
 mod early;
 mod own;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -19,6 +19,7 @@ use dragnet_proto::message::{
     ZoneReport,
 };
 use dragnet_proto::orders::RobotOrders;
+use dragnet_proto::picture::Picture;
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
 use dragnet_proto::state_machine::{Effects, Event};
@@ -131,6 +132,8 @@ pub enum Record {
     Zones(ZoneReport),
     /// The operator's marks: the coordinator's when they change, and those of a robot when they are received.
     Marks(MarkReport),
+    /// A robot's picture of a find, better than the one before.
+    Picture(Arc<Picture>),
     /// The belief as it is shown, recorded periodically and at the end.
     Belief(Arc<Belief>),
 }
@@ -163,6 +166,8 @@ pub struct Mission {
     added_prior: f64,
     /// Robots whose number is used by several processes.
     doubled: BTreeSet<RobotId>,
+    /// The best picture of each find.
+    pictures: BTreeMap<Cell, Arc<Picture>>,
 }
 
 impl Mission {
@@ -194,6 +199,7 @@ impl Mission {
             zones: Zones::default(),
             added_prior: added_prior(&config.prior, &config.terrain),
             doubled: BTreeSet::new(),
+            pictures: BTreeMap::new(),
             config,
         }
     }
@@ -216,6 +222,13 @@ impl Mission {
             Event::Doubled(robots) => {
                 self.doubled = robots;
                 self.report(now, &mut outcome);
+            }
+            Event::Pictured(picture) => {
+                let is_better = |known: &Arc<Picture>| picture.facts.quality > known.facts.quality;
+                if self.pictures.get(&picture.facts.cell).is_none_or(is_better) {
+                    self.pictures.insert(picture.facts.cell, Arc::clone(&picture));
+                    outcome.records.push(Record::Picture(picture));
+                }
             }
             Event::Start
             | Event::Sensed { .. }
@@ -298,6 +311,11 @@ impl Mission {
     #[must_use]
     pub fn finds(&self) -> Vec<Find> {
         finds(&self.declared().collect::<Vec<_>>(), self.verdicts())
+    }
+
+    /// The best picture of each find that robots have sent.
+    pub fn pictures(&self) -> impl Iterator<Item = &Arc<Picture>> {
+        self.pictures.values()
     }
 
     /// Robots that are alive, by number.

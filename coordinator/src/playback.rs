@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::{Message, MessageKind};
+use dragnet_proto::picture::Assembly;
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::standard::{Grid as WireGrid, OccupancyGrid};
 use dragnet_scenario::map_file::{Earth, MapOrigin};
@@ -33,7 +34,7 @@ use crate::record::{
 const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
 
 /// A recorded mission. Its records are [`Record::Observation`], [`Record::Intent`], [`Record::Heartbeat`],
-/// [`Record::Status`], [`Record::Verdicts`], [`Record::Orders`], [`Record::Zones`] and [`Record::Marks`]; all others follow from them.
+/// [`Record::Status`], [`Record::Verdicts`], [`Record::Orders`], [`Record::Zones`], [`Record::Marks`] and [`Record::Picture`]; all others follow from them.
 #[derive(Clone, Debug)]
 pub struct Playback {
     /// The map at the start.
@@ -259,12 +260,25 @@ impl Tape {
             let grid = cdr::decode(data).map_err(|error| text(&error))?;
             self.prior = Some(self.prior_of(&grid)?);
         } else if let Some(kind) = kind(topic) {
-            let terrain = self.terrain.as_ref().ok_or("before the map and the first belief")?;
-            let message = Codec::new(terrain.grid()).decode(kind, data).map_err(|error| text(&error))?;
-            let time = MissionTime(header.log_time.saturating_sub(self.start_unix_ns));
-            self.records.extend(record(message).map(|record| (time, record)));
+            let message = self.codec()?.decode(kind, data).map_err(|error| text(&error))?;
+            self.records.extend(record(message).map(|record| (self.time(header), record)));
+        } else if matches!(RobotTopic::parse(topic), Some((_, RobotTopic::Picture))) {
+            let part = self.codec()?.decode_picture(data).map_err(|error| text(&error))?;
+            let mut assembly = Assembly::of(&part);
+            assembly.add(&part);
+            let picture = assembly.whole().ok_or("a part of a picture, not the whole")?;
+            self.records.push((self.time(header), Record::Picture(Arc::new(picture))));
         }
         Ok(())
+    }
+
+    fn codec(&self) -> Result<Codec, String> {
+        let terrain = self.terrain.as_ref().ok_or("before the map and the first belief")?;
+        Ok(Codec::new(terrain.grid()))
+    }
+
+    fn time(&self, header: MessageHeader) -> MissionTime {
+        MissionTime(header.log_time.saturating_sub(self.start_unix_ns))
     }
 
     /// A later belief would be mistaken for the prior if that is lost.
@@ -313,7 +327,7 @@ fn kind(topic: &str) -> Option<MessageKind> {
         RobotTopic::Orders => Some(MessageKind::Orders),
         RobotTopic::Zones => Some(MessageKind::Zones),
         RobotTopic::Marks => Some(MessageKind::Marks),
-        RobotTopic::Pose | RobotTopic::Fix | RobotTopic::Path => None,
+        RobotTopic::Pose | RobotTopic::Fix | RobotTopic::Path | RobotTopic::Picture => None,
     }
 }
 

@@ -17,6 +17,8 @@
 //! /robots/0/marks            the operator's marks, when they change
 //! /robots/<robot>/marks      those that a robot has received; both only once there are any
 //! /objects                   each declaration of an object
+//! /robots/<robot>/picture    robots' pictures of finds, when they arrive
+//! /objects/picture           the same for viewers of images
 //! /objects/marker            all declared objects, when they change
 //! /objects/geojson           the same on the earth
 //! /areas/geojson             the areas drawn on the map, once

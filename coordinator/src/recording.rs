@@ -225,12 +225,14 @@ fn begun(path: &Path, header: Header, now: MissionTime, mission: &Mission) -> Op
     let orders = (!mission.orders().is_empty()).then_some(orders);
     let zones = (!mission.zones().is_empty()).then(|| Record::Zones(mission.zone_report(now)));
     let marks = (!mission.marks().is_empty()).then(|| Record::Marks(mission.mark_report(now)));
+    let pictures = mission.pictures().map(|picture| Record::Picture(std::sync::Arc::clone(picture)));
     let written = records
         .chain(verdicts)
         .chain(orders)
         .chain(zones)
         .chain(marks)
         .chain(stand)
+        .chain(pictures)
         .try_for_each(|record| recorder.record(now, &record));
     if written.and_then(|()| recorder.flush()).is_ok() && recorder.trouble().is_none() {
         return Some(recorder);

@@ -30,7 +30,7 @@ const ALL: [&str; 9] = [
 const LISTENING: [&str; 3] = ["declare_subscriber", "declare_liveliness_subscriber", "liveliness_query"];
 /// Those that publish.
 const SPEAKING: [&str; 2] = ["put", "liveliness_token"];
-/// Those that answer the simulator's queries.
+/// Those that answer queries.
 const ANSWERING: [&str; 2] = ["declare_queryable", "reply"];
 
 /// The Zenoh settings of a certificate's owner, JSON, to be placed in the folder of the certificate's files.
@@ -117,17 +117,28 @@ fn spoken(topology: Topology, mission: &Mission, name: Name) -> Vec<Spoken> {
         Name::COORDINATOR if topology == Topology::Star => {
             vec![("passed on by", &ALL, vec![mission.expression(Selection::Everything)])]
         }
-        Name::Participant(participant) => vec![
-            ("said by", &SPEAKING, vec![mission.expression(Selection::PublishedBy(participant))]),
-            ("answered by", &ANSWERING, vec![answers(mission, participant)]),
-        ],
+        Name::Participant(participant) => {
+            let mut spoken: Vec<Spoken> = vec![
+                ("said by", &SPEAKING, vec![mission.expression(Selection::PublishedBy(participant))]),
+                ("answered by", &ANSWERING, answers(mission, participant)),
+            ];
+            if participant == Participant::Coordinator {
+                spoken.push(("asked by", &["query"], vec![mission.expression(Selection::Pictures)]));
+            }
+            spoken
+        }
         Name::Simulator => vec![("shown by", &["put", "query"], vec![simulator])],
     }
 }
 
-/// Where a participant answers the simulator.
-fn answers(mission: &Mission, participant: Participant) -> String {
-    mission.key(Topic::SimStep(participant)).to_string()
+/// Where a participant answers the simulator, and a robot the coordinator.
+fn answers(mission: &Mission, participant: Participant) -> Vec<String> {
+    let picture = match participant {
+        Participant::Robot(robot) => Some(Topic::Picture(robot)),
+        Participant::Coordinator => None,
+    };
+    let topics = [Topic::SimStep(participant)].into_iter().chain(picture);
+    topics.map(|topic| mission.key(topic).to_string()).collect()
 }
 
 #[cfg(test)]
@@ -184,7 +195,10 @@ mod tests {
         };
         check("robot-2#4", "put", &["dragnet/valley/robots/2/**"]);
         check("robot-2#4", "liveliness_token", &["dragnet/valley/robots/2/**"]);
-        check("robot-2#4", "reply", &["dragnet/valley/sim/step/2"]);
+        check("robot-2#4", "reply", &["dragnet/valley/sim/step/2", "dragnet/valley/robots/2/picture"]);
+        check("robot-2#4", "query", &[]);
+        check("coordinator#5", "query", &["dragnet/valley/robots/*/picture"]);
+        check("coordinator#5", "reply", &["dragnet/valley/sim/step/coordinator"]);
         check("robot-2#4", "declare_subscriber", &["dragnet/valley/**"]);
         check("robot-2#4", "delete", &[]);
         check("robot-2#3", "put", &[]);

@@ -53,6 +53,7 @@ assets! {
     "/controls.js", "text/javascript; charset=utf-8", "dist/controls.js";
     "/describe.js", "text/javascript; charset=utf-8", "dist/describe.js";
     "/end.js", "text/javascript; charset=utf-8", "dist/end.js";
+    "/picture.js", "text/javascript; charset=utf-8", "dist/picture.js";
     "/finds.js", "text/javascript; charset=utf-8", "dist/finds.js";
     "/form.js", "text/javascript; charset=utf-8", "dist/form.js";
     "/fresh.js", "text/javascript; charset=utf-8", "dist/fresh.js";

@@ -19,6 +19,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 use crate::orders::{Acknowledged, Order};
+use crate::picture::PictureFrame;
 use crate::place::{AreaFrame, EarthFrame};
 use crate::view::{State, View};
 
@@ -196,6 +197,9 @@ pub struct DeclaredFrame {
     pub robot: Option<u16>,
     /// What the operator has decided: `confirmed`, or `dismissed` if it was declared again after that.
     pub operator: Option<&'static str>,
+    /// A robot's picture of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub picture: Option<PictureFrame>,
 }
 
 /// A find that the operator has dismissed.
@@ -207,6 +211,9 @@ pub struct DismissedFrame {
     pub since: f64,
     /// The robot whose observation had made it reach the detection threshold.
     pub robot: Option<u16>,
+    /// A robot's picture of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub picture: Option<PictureFrame>,
 }
 
 /// A mark of the operator.
@@ -440,6 +447,7 @@ fn declared(view: &View, subject: Option<&SubjectPosterior>) -> Vec<DeclaredFram
         since: object.time_ns as f64 / 1e9,
         robot: finder(view, object.cell),
         operator: view.fold().verdicts().decision(object.cell).and_then(Decision::word),
+        picture: PictureFrame::of(view, object.cell),
     });
     declared.collect()
 }
@@ -450,6 +458,7 @@ fn dismissed(view: &View) -> Vec<DismissedFrame> {
         cell: find.cell.number(),
         since: find.since.as_seconds(),
         robot: finder(view, find.cell),
+        picture: PictureFrame::of(view, find.cell),
     };
     dismissed.map(frame).collect()
 }

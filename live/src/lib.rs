@@ -26,6 +26,7 @@ pub mod guard;
 mod mentions;
 pub mod orders;
 pub mod page;
+pub mod picture;
 pub mod place;
 pub mod planning;
 pub mod polygon;

@@ -29,6 +29,7 @@ use crate::assets::{ASSETS, Asset, MISSION};
 use crate::basemap::{self, BaseMap};
 use crate::door;
 use crate::guard::{Token, TokenError, is_own_page};
+use crate::picture;
 use crate::shared::{Commanded, Running, Shared, Show, refusal};
 use crate::stream;
 use crate::view::{About, View};
@@ -212,6 +213,7 @@ fn share(settings: &Settings, show: Show) -> Result<Arc<Shared>, PageError> {
 fn router(shared: Arc<Shared>) -> Router {
     Router::new()
         .route("/stream", get(stream::open))
+        .route(picture::PATH, get(picture::file))
         .route("/auth", get(auth))
         .route("/command", post(command))
         .layer(DefaultBodyLimit::max(MOST_BYTES))

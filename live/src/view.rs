@@ -217,6 +217,7 @@ impl View {
             | Record::Zones(_)
             | Record::Pose { .. }
             | Record::Plan { .. }
+            | Record::Picture(_)
             | Record::Belief(_) => {}
         }
     }

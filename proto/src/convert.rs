@@ -11,6 +11,7 @@ mod marks;
 mod messages;
 mod orders;
 mod packed;
+mod pictures;
 mod steps;
 mod verdicts;
 mod zones;
@@ -35,6 +36,7 @@ use self::field::Place;
 use self::packed::{Map, Packed};
 use crate::dragnet_msgs as wire;
 use crate::message::{Heartbeat, Message, MessageKind, SyncReply};
+use crate::picture::PicturePart;
 use crate::radio;
 use crate::step::{Sensed, Step, StepReply};
 
@@ -73,6 +75,12 @@ pub fn encode_step_reply(reply: &StepReply) -> Vec<u8> {
 #[must_use]
 pub fn encode_sensed(sensed: &Sensed) -> Vec<u8> {
     cdr::encode(&wire::Sensed::from(sensed))
+}
+
+/// The bytes of a part of a picture.
+#[must_use]
+pub fn encode_picture(part: &PicturePart) -> Vec<u8> {
+    cdr::encode(&wire::Picture::from(part))
 }
 
 /// Rejects a message whose author is not the participant of its key. Sync replies may repeat observations of any robot.
@@ -277,6 +285,15 @@ impl Codec {
     pub fn decode_sensed(&self, bytes: &[u8]) -> Result<Sensed, ConvertError> {
         let (wire, check) = self.read::<wire::Sensed>(bytes)?;
         check.sensed(&wire)
+    }
+
+    /// Decodes a part of a picture.
+    ///
+    /// # Errors
+    /// As [`Codec::decode`].
+    pub fn decode_picture(&self, bytes: &[u8]) -> Result<PicturePart, ConvertError> {
+        let (wire, check) = self.read::<wire::Picture>(bytes)?;
+        check.picture(wire)
     }
 
     fn read_any<T: RosMessage + DeserializeOwned + Packed>(

@@ -128,6 +128,22 @@ pub struct Verdicts {
     pub log_odds: Vec<i64>,
 }
 
+/// `dragnet_msgs/msg/Picture`, see `msg/Picture.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Picture {
+    pub version: u8,
+    pub robot: u16,
+    pub time_ns: u64,
+    pub cell: u32,
+    pub camera: String,
+    pub label: String,
+    pub score: f32,
+    pub quality: f32,
+    pub size: u32,
+    pub first: u32,
+    pub data: Vec<u8>,
+}
+
 /// `dragnet_msgs/msg/Orders`, see `msg/Orders.msg`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Orders {

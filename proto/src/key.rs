@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts,orders,zones,marks}
+//! dragnet/<mission>/robots/<robot>/picture
 //! dragnet/<mission>/robots/<robot>/alive/<seniority>/<identity>
 //! dragnet/<mission>/robots/<from>/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/coordinator/{status,verdicts,orders,zones,marks}
@@ -82,6 +83,8 @@ pub enum Topic {
     Zones(Participant),
     /// The operator's marks as a participant knows them, [`MessageKind::Marks`].
     Marks(Participant),
+    /// Queries for a robot's pictures of finds, [`crate::picture::PictureRequest`].
+    Picture(RobotId),
     /// Queries of the simulator to a participant, [`crate::step::Step`].
     SimStep(Participant),
     /// The readings of a robot's simulated sensor, [`crate::step::Sensed`].
@@ -126,7 +129,7 @@ impl Topic {
             Self::Orders(from) => Some((MessageKind::Orders, from)),
             Self::Zones(from) => Some((MessageKind::Zones, from)),
             Self::Marks(from) => Some((MessageKind::Marks, from)),
-            Self::Alive { .. } | Self::SimStep(_) | Self::SimSensed(_) => None,
+            Self::Alive { .. } | Self::Picture(_) | Self::SimStep(_) | Self::SimSensed(_) => None,
         }
     }
 }
@@ -152,6 +155,7 @@ impl fmt::Display for Key {
             Topic::Orders(from) => write!(formatter, "{}/orders", Home(from)),
             Topic::Zones(from) => write!(formatter, "{}/zones", Home(from)),
             Topic::Marks(from) => write!(formatter, "{}/marks", Home(from)),
+            Topic::Picture(robot) => write!(formatter, "robots/{robot}/picture"),
             Topic::SimStep(participant) => write!(formatter, "sim/step/{}", Address(participant)),
             Topic::SimSensed(robot) => write!(formatter, "sim/sensed/{robot}"),
         }
@@ -239,6 +243,7 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         ["robots", robot, "orders"] => Topic::Orders(Participant::Robot(number(robot)?)),
         ["robots", robot, "zones"] => Topic::Zones(Participant::Robot(number(robot)?)),
         ["robots", robot, "marks"] => Topic::Marks(Participant::Robot(number(robot)?)),
+        ["robots", robot, "picture"] => Topic::Picture(number(robot)?),
         ["robots", robot, "alive", seniority, identity] => {
             let participant = Participant::Robot(number(robot)?);
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };

@@ -3,6 +3,7 @@
 //! - [`message`], [`step`], [`dragnet_msgs`], [`convert`]: the content, as ROS 2 messages in CDR;
 //! - [`key`], [`sender`], [`clock`]: keys, sending processes, and mission time;
 //! - [`replica`], [`validation`], [`knowledge`]: each observation counts exactly once, and only if it is physically possible;
+//! - [`picture`]: pictures of finds, which the coordinator asks robots for;
 //! - [`radio`]: which message a radio with a limited rate sends next;
 //! - [`command`], [`directive`], [`orders`], [`zones`], [`verdict`], [`marks`], [`newest`], [`runs`]: the operator's commands, and how they reach every robot;
 //! - [`state_machine`]: the contract of robots and coordinator: events in, effects out.
@@ -24,6 +25,7 @@ mod mentions;
 pub mod message;
 pub mod newest;
 pub mod orders;
+pub mod picture;
 pub mod radio;
 pub mod replica;
 pub mod runs;

@@ -16,6 +16,7 @@ use dragnet_search::observation::{Observation, RobotId};
 
 use crate::command::Command;
 use crate::message::{Activity, Audience, Message, SyncRequest};
+use crate::picture::Picture;
 use crate::validation::Rejected;
 
 /// A robot or the coordinator.
@@ -84,7 +85,7 @@ pub struct ParticipantError {
 
 /// An event of a participant. `M` is a message, or the number by which the simulator refers to one.
 ///
-/// Robots ignore commands, doubled numbers and what is said of their clock; the coordinator ignores a vehicle's events.
+/// Robots ignore commands, doubled numbers, pictures and what is said of their clock; the coordinator ignores a vehicle's events.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event<M> {
     /// The mission starts.
@@ -119,6 +120,8 @@ pub enum Event<M> {
     MustReturn(bool),
     /// The robots whose number is now used by several processes.
     Doubled(BTreeSet<RobotId>),
+    /// A robot has sent a picture of a find.
+    Pictured(Arc<Picture>),
     /// The participant's clock was set forward by this, because another has counted longer: what it dated before happened
     /// later than it says.
     ClockSet(Duration),
@@ -142,6 +145,7 @@ impl<M> Event<M> {
             Self::Released => Event::Released,
             Self::MustReturn(must) => Event::MustReturn(must),
             Self::Doubled(robots) => Event::Doubled(robots),
+            Self::Pictured(picture) => Event::Pictured(picture),
             Self::ClockSet(by) => Event::ClockSet(by),
         })
     }

@@ -10,7 +10,7 @@ use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
 use crate::wire::markers::{ColorRgba, Marker};
-use crate::wire::robot::NavSatFix;
+use crate::wire::robot::{CompressedImage, NavSatFix};
 use crate::wire::standard::{
     Grid, Header, MapMetaData, OccupancyGrid, PackedElementField, Path, Point, Pose, PoseStamped, Quaternion,
     TFMessage, Time, Transform, TransformStamped, Vector2, Vector3,
@@ -144,6 +144,16 @@ impl<'a> Viewer<'a> {
             longitude: place.longitude_degrees,
             altitude: f64::NAN,
             ..NavSatFix::default()
+        }
+    }
+
+    /// A picture that a robot took.
+    #[must_use]
+    pub fn jpeg(&self, robot: RobotId, file: &[u8], time: MissionTime) -> CompressedImage {
+        CompressedImage {
+            header: Header { stamp: self.stamp(time), frame_id: robot_frame(robot) },
+            format: "jpeg".into(),
+            data: file.to_vec(),
         }
     }
 

@@ -353,17 +353,14 @@ impl AgentSettings {
                         "ros.cameras: {name:?} has images, for which a [detector] is needed, or detections"
                     ));
                 }
-                (_, false) if has_images(camera) => {
-                    return Err(format!(
-                        "ros.cameras: {name:?} has images, at which a [detector] looks, and detections; \
-                         allowed is one of the two"
-                    ));
-                }
                 _ => {}
             }
         }
-        if self.detector.is_some() && !ros.cameras.iter().any(has_images) {
-            return Err("[detector] has no images; needed is an image of ros.cameras".to_owned());
+        let is_looked_at =
+            |camera: &ros::settings::Camera| has_images(camera) && camera.detections.is_empty();
+        if self.detector.is_some() && !ros.cameras.iter().any(is_looked_at) {
+            let needed = "the images of a camera of ros.cameras that has no detections";
+            return Err(format!("[detector] has no images; needed are {needed}"));
         }
         Ok(())
     }

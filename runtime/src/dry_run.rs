@@ -264,6 +264,8 @@ impl Rehearsal<'_> {
                         effects.extend(self.vehicle.see(self.clock(), seen));
                     }
                 }
+                // There is no operator.
+                Effect::Picture(_) => {}
                 Effect::Tell(diagnostic) => self.note(News::Tells(diagnostic)),
             }
         }

@@ -29,6 +29,7 @@ pub mod mavlink;
 #[cfg(test)]
 #[path = "../../tests/mentions/mod.rs"]
 mod mentions;
+pub(crate) mod pictures;
 pub mod progress;
 pub mod refusals;
 pub mod relay;

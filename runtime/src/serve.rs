@@ -1,8 +1,9 @@
 //! Each part of a mission as a separate process: `dragnet agent`, `dragnet coordinator` and `dragnet sim`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::future::Future;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_agent::agent::Agent;
@@ -15,18 +16,20 @@ use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
-use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
+use dragnet_scenario::{Places, Scenario};
+use dragnet_search::cell::Cell;
 use dragnet_sim::episode::Episode;
 use dragnet_sim::simulation::StepObserver;
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 
 use crate::clock::Clock;
 use crate::config::{self, AgentSettings, Checked, CoordinatorSettings, OwnVehicle, SimSettings, TimeSource};
 use crate::journal::{Journal, Subject};
 use crate::link::Link;
 use crate::lockstep::LockstepNode;
+use crate::pictures::{self, Fetcher};
 use crate::progress::{Expected, Mover};
 use crate::session::{self, Endpoints, Mode, block_on, leaving, open_when_there};
 use crate::stop::{self, Bond};
@@ -144,7 +147,14 @@ impl Own {
     ) -> Result<(), RuntimeError> {
         let Self { vehicle, detector, scenario } = self;
         let places = scenario.places();
-        let (mut machine, agent_config) = Embodied::new(agent);
+        let (mut machine, outputs) = Embodied::new(agent);
+        let _pictures = match &vehicle {
+            OwnVehicle::Ros(body) if body.ros.cameras_with_images().next().is_some() => {
+                let shelf = Arc::clone(&outputs.shelf);
+                Some(pictures::serve(link.session(), link.mission(), link.codec(), shelf).await?)
+            }
+            OwnVehicle::Ros(_) | OwnVehicle::Mavlink(_) => None,
+        };
         let (sender, reports) = mpsc::channel(REPORTS);
         // A vehicle has its own time: the mission's may be set forward, which must not look like a silent camera.
         let time = Clock::new(1.0).at(MissionTime::START);
@@ -152,10 +162,10 @@ impl Own {
         let mut vehicle = tokio::spawn(async move {
             match vehicle {
                 OwnVehicle::Ros(body) => {
-                    vehicle::serve::serve(*body, &scenario, time, detector, agent_config, sender).await
+                    vehicle::serve::serve(*body, &scenario, time, detector, outputs, sender).await
                 }
                 OwnVehicle::Mavlink(body) => {
-                    mavlink::serve::serve(*body, &scenario, time, agent_config, sender).await
+                    mavlink::serve::serve(*body, &scenario, time, outputs, sender).await
                 }
             }
         });
@@ -265,7 +275,8 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
         config.foxglove.as_ref().map(|settings| serve_foxglove(settings, file)).transpose()?.unzip();
     let there = Existing::Beside;
     let node = team::recording::node(&scenario, config.common.seed, &options, there, messages)?;
-    let mut node = node.with_listener(listener).with_listener(told);
+    let (asking, wanted) = pictures::wanted();
+    let mut node = node.with_listener(listener).with_listener(told).with_listener(Some(asking));
     let codec = Codec::of(&scenario);
     let clock = Clock::new(real_time_factor);
     let ended = block_on(async {
@@ -287,8 +298,9 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
                 tracing::info!("Foxglove: {}", server.address());
             }
             let sending = feed.map(Feed::start);
+            let reports = with_pictures(&link, scenario.places(), wanted, commands);
             let log =
-                wall_clock::run(&mut link, &mut node, scenario.places(), clock, None, commands, stop).await;
+                wall_clock::run(&mut link, &mut node, scenario.places(), clock, None, reports, stop).await;
             if let Some(sending) = sending {
                 sending.finish().await;
             }
@@ -297,6 +309,25 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
         leaving(&session, watching).await
     })?;
     conclude(node, ended, &mission, shown)
+}
+
+/// The operator's commands, and the pictures that robots are asked for.
+fn with_pictures(
+    link: &Link,
+    places: Places,
+    wanted: watch::Receiver<BTreeSet<Cell>>,
+    mut commands: mpsc::Receiver<wall_clock::Report>,
+) -> mpsc::Receiver<wall_clock::Report> {
+    let (sender, reports) = mpsc::channel(REPORTS);
+    tokio::spawn(Fetcher::new(link, places, wanted, sender.clone()).run());
+    tokio::spawn(async move {
+        while let Some(command) = commands.recv().await {
+            if sender.send(command).await.is_err() {
+                return;
+            }
+        }
+    });
+    reports
 }
 
 /// Finishes the recording; the page of a mission that the operator has ended still tells its viewers so.

@@ -13,6 +13,7 @@ mod interlocks;
 pub(crate) mod measured;
 mod network;
 mod objects;
+mod pictures;
 pub(crate) mod place;
 pub mod serve;
 mod topics;
@@ -22,7 +23,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_lattice::plane::Pose;
-use dragnet_ros2::input::{DetectedBox, GoalStatus, Image, Occupancy};
+use dragnet_ros2::input::{DetectedBox, Detections, GoalStatus, Image, Occupancy};
 use dragnet_ros2::name::TopicName;
 use dragnet_ros2::navigation_goal::{NavigationGoal, Progress};
 use dragnet_ros2::output::{Diagnostic, Output};
@@ -47,11 +48,13 @@ use diagnostics::DiagnosticsAggregator;
 use frames::Frames;
 use interlocks::Interlocks;
 use measured::MeasuredCameras;
+use pictures::{BoxCrop, Pictures};
 use place::{Located, Moment, Places, planar};
 use topics::Topics;
 
 pub(crate) use diagnostics::RefusedInput;
 pub use embodied::{AgentOutputs, Embodied};
+pub(crate) use pictures::FindPicture;
 
 /// Period of the pilot's tick, which bounds how soon a timeout is noticed.
 pub(crate) const TICK: Duration = Duration::from_millis(100);
@@ -87,6 +90,8 @@ pub(crate) enum Effect {
     Publish(Output),
     /// For this program's own detector, if any; its detections come back through [`Vehicle::see`].
     Detect(DetectionRequest),
+    /// For the operator: a picture of a find.
+    Picture(FindPicture),
     /// For the log: a fault begins or ends.
     Tell(Diagnostic),
 }
@@ -112,6 +117,9 @@ pub(crate) struct Vehicle {
     /// The goal that was sent to Nav2, and when.
     sent_goal: Option<(NavigationGoal, Pose, MissionTime)>,
     drive: Option<Drive>,
+    pictures: Pictures,
+    /// Cameras whose boxes come from another program.
+    detected_elsewhere: BTreeSet<Arc<str>>,
 }
 
 /// A path that the vehicle is to drive.
@@ -144,6 +152,8 @@ impl Vehicle {
             goals: Vec::new(),
             sent_goal: None,
             drive: None,
+            pictures: Pictures::default(),
+            detected_elsewhere: ros.detected_cameras().cloned().collect(),
         }
     }
 
@@ -163,13 +173,15 @@ impl Vehicle {
             Incoming::Fix(fix) => self.places.fix(self.moment(now, fix.stamp_unix_ns), &fix),
             Incoming::Map(map) => return self.receive_map(now, topic, &map),
             Incoming::Detections { camera, detections } => {
-                let boxes = detections.boxes.iter().map(of_box).collect();
+                let Detections { stamp_unix_ns, frame, boxes } = detections;
                 let taken = Taken {
-                    time_ns: self.time_ns(now, detections.stamp_unix_ns),
-                    stamp_ns: self.stamp_ns(now, detections.stamp_unix_ns),
-                    frame: detections.frame,
+                    time_ns: self.time_ns(now, stamp_unix_ns),
+                    stamp_ns: self.stamp_ns(now, stamp_unix_ns),
+                    frame,
                 };
-                return self.frame(now, &camera, taken, boxes);
+                let size = self.size_pixels(&camera);
+                let crops = self.pictures.crops(&camera, stamp_unix_ns, &boxes, size);
+                return self.frame(now, &camera, taken, &boxes, crops);
             }
             Incoming::Transforms(transforms) => return self.receive_transforms(now, topic, transforms),
             Incoming::StaticTransforms(transforms) => {
@@ -202,7 +214,7 @@ impl Vehicle {
                     stamp_ns: self.stamp_of(now, seen.time_ns),
                     frame: String::new(),
                 };
-                self.frame(now, &seen.camera, taken, boxes)
+                self.frame(now, &seen.camera, taken, &boxes, seen.crops)
             }
             Err(reason) => {
                 self.refuse(&InputSource::Camera(seen.camera.to_string()), &reason);
@@ -246,6 +258,7 @@ impl Vehicle {
             news = has_changed.then_some(Event::Declared(declared));
         }
         let mut effects: Vec<Effect> = shown.into_iter().map(Effect::Publish).collect();
+        effects.extend(self.pictures.news(&self.pilot).into_iter().map(Effect::Picture));
         if let Some(event) = news {
             effects.extend(self.tell(now, event));
         }
@@ -261,6 +274,7 @@ impl Vehicle {
 
     fn tell(&mut self, now: Now, event: Event) -> Vec<Effect> {
         let actions = self.pilot.handle(now.mission.0, event);
+        self.pictures.follow(&self.pilot);
         actions.into_iter().flat_map(|action| self.act(now, action)).collect()
     }
 
@@ -297,7 +311,16 @@ impl Vehicle {
         self.tell(now, Event::Pose(fix))
     }
 
-    fn frame(&mut self, now: Now, camera: &Arc<str>, taken: Taken, boxes: Vec<DetectionBox>) -> Vec<Effect> {
+    fn frame(
+        &mut self,
+        now: Now,
+        camera: &Arc<str>,
+        taken: Taken,
+        boxes: &[DetectedBox],
+        crops: Vec<BoxCrop>,
+    ) -> Vec<Effect> {
+        self.pictures.put(camera, taken.time_ns, crops);
+        let boxes: Vec<DetectionBox> = boxes.iter().map(of_box).collect();
         if self.measured.contains(camera) {
             return self.measure(now, camera, taken, boxes);
         }
@@ -306,11 +329,20 @@ impl Vehicle {
         self.tell(now, Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, detections }))
     }
 
+    /// Columns and rows of the images that a camera's boxes refer to, if they are known.
+    fn size_pixels(&self, camera: &str) -> Option<[u32; 2]> {
+        let described = self.pilot.camera(camera).map(Camera::settings);
+        let described = described.map(|settings| [settings.width_pixels, settings.height_pixels]);
+        described.or_else(|| self.measured.size_pixels(camera))
+    }
+
     /// A detector's boxes require images of the size in the camera's settings.
     fn receive_image(&mut self, now: Now, topic: &TopicName, camera: Arc<str>, image: Image) -> Vec<Effect> {
-        let described = self.pilot.camera(&camera).map(Camera::settings);
-        let described = described.map(|settings| [settings.width_pixels, settings.height_pixels]);
-        let Some([width, height]) = described.or_else(|| self.measured.size_pixels(&camera)) else {
+        if self.detected_elsewhere.contains(&camera) {
+            self.pictures.wait(camera, image);
+            return Vec::new();
+        }
+        let Some([width, height]) = self.size_pixels(&camera) else {
             return self.tell_uncalibrated(now, topic, &camera);
         };
         let subject = format!("image, {camera}");

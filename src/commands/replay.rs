@@ -138,6 +138,10 @@ impl Teller {
             Record::Verdicts(report) if report.from == Participant::Coordinator => self.judge(report),
             Record::Orders(report) if report.from == Participant::Coordinator => self.direct(report),
             Record::Zones(report) if report.from == Participant::Coordinator => self.close(report),
+            Record::Picture(picture) => {
+                let (place, source) = (self.places.on_earth(picture.facts.cell), picture.facts.source());
+                vec![format!("a picture of the object at {place} arrives, from {source}")]
+            }
             Record::Marks(report) if report.from == Participant::Coordinator => self.mark(report),
             _ => Vec::new(),
         }

@@ -16,7 +16,7 @@ const ORDINARY: &str = "about acceleration address agent agnostic alarms alive a
     common compare completions compressed confidence connection correlation cpu csv decide demonstrate detect doctor domain doubled dry \
     epochs error every explore export false format frame fusion gate goal goals height help hidden id inspect into json key kind \
     kinds latitude learning live load local longitude markdown merge minutes miss module namespace next node odometry patience \
-    period pitch placement plot print priorities processes publish rate recover relay replan replay reset resolution reverse \
+    period pitch placement plot print priorities processes publish quality rate recover relay replan replay reset resolution reverse \
     ros router run safety save schema sender sequence server soak source speed stamps step stop strength subscribe take text threads token \
     transport uncorrected url velocity wake when width window withdrawn write z";
 

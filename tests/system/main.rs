@@ -27,6 +27,7 @@ mod nav2;
 mod networks;
 mod one_number;
 mod operator;
+mod pictures;
 mod policies;
 mod processes;
 mod rehearsal;

@@ -55,8 +55,8 @@ use route::Route;
 use standing::Standing;
 
 pub use event::{
-    Action, CameraDetections, CameraFrame, Event, InputSource, Interlock, InterlockFault, PoseEstimate,
-    Report,
+    Action, Assigned, CameraDetections, CameraFrame, Event, InputSource, Interlock, InterlockFault,
+    PoseEstimate, Report,
 };
 
 /// Distance to the center of a run's last cell at which the next run begins, cells: corners are cut by no more, so that
@@ -128,6 +128,7 @@ impl Pilot {
     /// nanoseconds of mission time.
     pub fn handle(&mut self, now_ns: u64, event: Event) -> Vec<Action> {
         let mut actions = Vec::new();
+        self.perception.forget_assigned();
         let is_now = self.read_clock(now_ns, &mut actions);
         // Routes and maps do not depend on the clock.
         let is_sensed = matches!(event, Event::Pose(_) | Event::Frame(_));
@@ -165,6 +166,13 @@ impl Pilot {
     #[must_use]
     pub fn tracks(&self) -> &[crate::tracker::track::Track] {
         self.perception.tracks()
+    }
+
+    /// The detections of the frames that the last event has processed, as far as they belong to tracks. Frames wait for
+    /// the pose at their time, so they are not always those of that event.
+    #[must_use]
+    pub fn assigned(&self) -> &[Assigned] {
+        self.perception.assigned()
     }
 
     /// Tracks that were reported as objects, each with its position, meters, and covariance.

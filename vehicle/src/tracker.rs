@@ -52,8 +52,8 @@ struct Latest {
 pub struct Outcome {
     /// Detected tracks, each with the index of its bearing in the frame.
     pub seen: Vec<(TrackId, usize)>,
-    /// New tracks that begin with a bearing of the frame.
-    pub born: Vec<TrackId>,
+    /// New tracks, each with the index of the bearing of the frame with which it begins.
+    pub born: Vec<(TrackId, usize)>,
     /// Tracks that are confirmed from now on.
     pub confirmed: Vec<TrackId>,
     /// Tracks that have ended.
@@ -220,7 +220,7 @@ impl Tracker {
                 unseen,
                 &self.settings,
             );
-            outcome.born.push(id);
+            outcome.born.push((id, bearing));
             if fate == FrameResult::Confirmed {
                 outcome.confirmed.push(id);
             }

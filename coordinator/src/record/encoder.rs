@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use dragnet_proto::dragnet_msgs as wire;
 use dragnet_proto::message::{Detection, MissionStatus};
+use dragnet_proto::picture::Picture;
 pub use dragnet_ros2::cdr::ENCODING as MESSAGE_ENCODING;
 pub use dragnet_ros2::schema::ENCODING as SCHEMA_ENCODING;
 use dragnet_ros2::schema::RosMessage;
@@ -178,6 +179,7 @@ impl Encoder {
                 let topic = Topic::Robot(report.from.into(), RobotTopic::Zones);
                 vec![self.message(topic, at(report.time_ns), &wire::Zones::from(report))]
             }
+            Record::Picture(picture) => self.picture(at(picture.facts.time_ns), picture),
             Record::Belief(belief) => self.belief(now, belief).into(),
         }
     }
@@ -199,6 +201,14 @@ impl Encoder {
         let fix = fix.map(|fix| self.message(Topic::Robot(robot.into(), RobotTopic::Fix), times, &fix));
         let pose = self.message(Topic::Robot(robot.into(), RobotTopic::Pose), times, &pose);
         [pose, Encoded { transformed: Some(robot), ..transform }].into_iter().chain(fix).collect()
+    }
+
+    /// For playback, and for viewers of images.
+    fn picture(&self, times: Times, picture: &Picture) -> Vec<Encoded> {
+        let topic = Topic::Robot(picture.facts.robot.into(), RobotTopic::Picture);
+        let whole = wire::Picture::from(&picture.part(0, Picture::MAX_BYTES));
+        let image = self.viewer().jpeg(picture.facts.robot, &picture.jpeg, times.published);
+        vec![self.message(topic, times, &whole), self.message(Topic::Pictures, times, &image)]
     }
 
     /// Objects declared since the last status are messages of their own, once each.

@@ -22,6 +22,8 @@ pub enum Topic {
     Marker,
     /// All declared objects, `foxglove_msgs/msg/GeoJSON`, when they change; if the map lies on the earth.
     Places,
+    /// The best picture of each find, `sensor_msgs/msg/CompressedImage`, when one arrives.
+    Pictures,
     /// Each declaration of an object, `dragnet_msgs/msg/Detection`.
     Objects,
     /// `dragnet_msgs/msg/MissionStatus`.
@@ -53,6 +55,8 @@ pub enum RobotTopic {
     Zones,
     /// `dragnet_msgs/msg/Marks`.
     Marks,
+    /// Pictures of finds, `dragnet_msgs/msg/Picture`.
+    Picture,
 }
 
 impl Topic {
@@ -62,7 +66,7 @@ impl Topic {
     /// Whether its messages report events; those of all other topics are the state of something, which the next one
     /// replaces.
     pub(crate) const fn is_of_events(self) -> bool {
-        matches!(self, Self::Objects | Self::Robot(_, RobotTopic::Observation))
+        matches!(self, Self::Objects | Self::Robot(_, RobotTopic::Observation | RobotTopic::Picture))
     }
 
     /// Metadata of the channel: the quality of service with which `ros2 bag play` offers it.
@@ -75,7 +79,7 @@ impl Topic {
             | Self::Areas
             | Self::Marker
             | Self::Places => TRANSIENT_LOCAL,
-            Self::Transforms | Self::Objects | Self::Robot(..) => VOLATILE,
+            Self::Transforms | Self::Objects | Self::Pictures | Self::Robot(..) => VOLATILE,
         };
         BTreeMap::from([("offered_qos_profiles".to_owned(), quality_of_service(durability))])
     }
@@ -91,6 +95,7 @@ impl fmt::Display for Topic {
             Self::Areas => formatter.write_str("/areas/geojson"),
             Self::Marker => formatter.write_str("/objects/marker"),
             Self::Places => formatter.write_str("/objects/geojson"),
+            Self::Pictures => formatter.write_str("/objects/picture"),
             Self::Objects => formatter.write_str("/objects"),
             Self::MissionStatus => formatter.write_str(Self::MISSION_STATUS),
             Self::Robot(source, topic) => {
@@ -101,7 +106,7 @@ impl fmt::Display for Topic {
 }
 
 impl RobotTopic {
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 11] = [
         Self::Pose,
         Self::Fix,
         Self::Path,
@@ -112,6 +117,7 @@ impl RobotTopic {
         Self::Orders,
         Self::Zones,
         Self::Marks,
+        Self::Picture,
     ];
 
     const fn name(self) -> &'static str {
@@ -126,6 +132,7 @@ impl RobotTopic {
             Self::Orders => "orders",
             Self::Zones => "zones",
             Self::Marks => "marks",
+            Self::Picture => "picture",
         }
     }
 

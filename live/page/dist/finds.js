@@ -1,6 +1,7 @@
 import { percent } from "./describe.js";
 import { clock } from "./mission.js";
 import { element } from "./panel.js";
+import { PictureView, thumbnail } from "./picture.js";
 import { coordinates, otherwise } from "./place.js";
 const BUTTONS = [["confirmed", "Confirm"], ["dismissed", "Dismiss"], ["undone", "Undo"]];
 export class Finds {
@@ -12,6 +13,7 @@ export class Finds {
     fresh = [];
     withdrawn = [];
     about = "";
+    pictures;
     constructor(map, sound, desk) {
         this.map = map;
         this.sound = sound;
@@ -29,6 +31,7 @@ export class Finds {
             });
         }
         element("find-close", HTMLButtonElement).addEventListener("click", () => this.close());
+        this.pictures = new PictureView((cell, as) => this.decide(cell, as));
     }
     begin(hello) {
         const about = JSON.stringify([hello.name, hello.rows, hello.columns, hello.end]);
@@ -64,6 +67,9 @@ export class Finds {
         while (body.rows.length > objects.length)
             body.deleteRow(-1);
         objects.forEach((object, index) => this.row(mission, body.rows[index] ?? newRow(body), object));
+        const pictures = objects.flatMap((it) => it.picture === undefined ? [] : [[it.cell, it.picture]]);
+        const isOpen = (cell) => mission.hello.end === null && declared.some((it) => it.cell === cell && it.operator !== "confirmed");
+        this.pictures.update(mission, new Map(pictures), this.desk.reason, isOpen);
         element("none", HTMLElement).hidden = objects.length > 0;
         element("objects", HTMLElement).hidden = objects.length === 0;
     }
@@ -78,6 +84,7 @@ export class Finds {
         ].filter((part) => part !== "");
         element("find", HTMLElement).hidden = parts.length === 0;
         write(element("find-text", HTMLElement), parts.join(" "));
+        this.thumbnail(mission, element("find-picture", HTMLButtonElement), object);
         for (const id of ["find-confirm", "find-dismiss"]) {
             const button = element(id, HTMLButtonElement);
             button.hidden = object === undefined;
@@ -86,9 +93,11 @@ export class Finds {
     }
     row(mission, row, object) {
         const [place, when, robot, chance] = row.cells;
-        const button = place?.querySelector("button");
-        if (place === undefined || button === null || button === undefined)
+        const button = place?.querySelector(".go");
+        const small = place?.querySelector(".picture");
+        if (place === undefined || !button || !small)
             return;
+        this.thumbnail(mission, small, object);
         write(button, coordinates(mission.hello, mission.middle(object.cell)));
         const other = otherwise(mission.hello, mission.middle(object.cell));
         button.title = [`Show cell ${mission.name(object.cell)} on the map`, other].filter(Boolean).join("; ");
@@ -99,6 +108,14 @@ export class Finds {
         const operator = "probability" in object ? object.operator : "dismissed";
         row.classList.toggle("dismissed", !("probability" in object));
         this.decision(place, object.cell, operator, "probability" in object, mission.hello.end === null);
+    }
+    thumbnail(mission, button, object) {
+        const picture = object?.picture;
+        thumbnail(button, picture, () => {
+            if (object !== undefined && picture !== undefined)
+                this.pictures.open(mission, object.cell, picture);
+            this.show(mission);
+        });
     }
     decision(place, cell, operator, isDeclared, isLive) {
         const words = { confirmed: "✓ confirmed", dismissed: isDeclared ? "dismissed, and found again" : "✕ dismissed" };
@@ -143,10 +160,10 @@ function certainty(object) {
 }
 function newRow(body) {
     const row = body.insertRow();
-    const button = document.createElement("button");
-    button.type = "button";
-    button.className = "go";
-    row.insertCell().append(button);
+    const [button, picture] = [document.createElement("button"), document.createElement("button")];
+    [button.type, button.className] = ["button", "go"];
+    [picture.type, picture.className, picture.hidden] = ["button", "picture", true];
+    row.insertCell().append(button, picture);
     for (let column = 1; column < 4; column += 1)
         row.insertCell();
     return row;

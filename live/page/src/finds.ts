@@ -2,8 +2,9 @@
 
 import { percent } from "./describe.js";
 import type { MapView } from "./map.js";
-import { type Declared, type Dismissed, type Frame, type Hello, type Mission, clock } from "./mission.js";
+import { type Declared, type Dismissed, type Frame, type Hello, type Mission, type Picture, clock } from "./mission.js";
 import { element } from "./panel.js";
+import { PictureView, thumbnail } from "./picture.js";
 import { coordinates, otherwise } from "./place.js";
 import type { Sound } from "./sound.js";
 
@@ -28,6 +29,7 @@ export class Finds {
   /** Cells of finds that were withdrawn since: further observations speak against them. */
   private withdrawn: number[] = [];
   private about = "";
+  private readonly pictures: PictureView;
 
   constructor(
     private readonly map: MapView,
@@ -45,6 +47,7 @@ export class Finds {
       });
     }
     element("find-close", HTMLButtonElement).addEventListener("click", () => this.close());
+    this.pictures = new PictureView((cell, as) => this.decide(cell, as));
   }
 
   /** A running mission whose stream was reopened goes on: what was found meanwhile is news. */
@@ -82,6 +85,10 @@ export class Finds {
     const objects: (Declared | Dismissed)[] = [...latest, ...dismissed];
     while (body.rows.length > objects.length) body.deleteRow(-1);
     objects.forEach((object, index) => this.row(mission, body.rows[index] ?? newRow(body), object));
+    const pictures = objects.flatMap((it): [number, Picture][] => it.picture === undefined ? [] : [[it.cell, it.picture]]);
+    const isOpen = (cell: number) =>
+      mission.hello.end === null && declared.some((it) => it.cell === cell && it.operator !== "confirmed");
+    this.pictures.update(mission, new Map(pictures), this.desk.reason, isOpen);
     element("none", HTMLElement).hidden = objects.length > 0;
     element("objects", HTMLElement).hidden = objects.length === 0;
   }
@@ -97,6 +104,7 @@ export class Finds {
     ].filter((part) => part !== "");
     element("find", HTMLElement).hidden = parts.length === 0;
     write(element("find-text", HTMLElement), parts.join(" "));
+    this.thumbnail(mission, element("find-picture", HTMLButtonElement), object);
     for (const id of ["find-confirm", "find-dismiss"]) {
       const button = element(id, HTMLButtonElement);
       button.hidden = object === undefined;
@@ -106,8 +114,10 @@ export class Finds {
 
   private row(mission: Mission, row: HTMLTableRowElement, object: Declared | Dismissed): void {
     const [place, when, robot, chance] = row.cells;
-    const button = place?.querySelector("button");
-    if (place === undefined || button === null || button === undefined) return;
+    const button = place?.querySelector<HTMLButtonElement>(".go");
+    const small = place?.querySelector<HTMLButtonElement>(".picture");
+    if (place === undefined || !button || !small) return;
+    this.thumbnail(mission, small, object);
     write(button, coordinates(mission.hello, mission.middle(object.cell)));
     const other = otherwise(mission.hello, mission.middle(object.cell));
     button.title = [`Show cell ${mission.name(object.cell)} on the map`, other].filter(Boolean).join("; ");
@@ -118,6 +128,14 @@ export class Finds {
     const operator = "probability" in object ? object.operator : "dismissed";
     row.classList.toggle("dismissed", !("probability" in object));
     this.decision(place, object.cell, operator, "probability" in object, mission.hello.end === null);
+  }
+
+  private thumbnail(mission: Mission, button: HTMLButtonElement, object: Declared | Dismissed | undefined): void {
+    const picture = object?.picture;
+    thumbnail(button, picture, () => {
+      if (object !== undefined && picture !== undefined) this.pictures.open(mission, object.cell, picture);
+      this.show(mission);
+    });
   }
 
   /** What is decided about a find, and the buttons to decide; a recording has none. */
@@ -172,10 +190,10 @@ function certainty(object: Declared): string {
 
 function newRow(body: HTMLTableSectionElement): HTMLTableRowElement {
   const row = body.insertRow();
-  const button = document.createElement("button");
-  button.type = "button";
-  button.className = "go";
-  row.insertCell().append(button);
+  const [button, picture] = [document.createElement("button"), document.createElement("button")];
+  [button.type, button.className] = ["button", "go"];
+  [picture.type, picture.className, picture.hidden] = ["button", "picture", true];
+  row.insertCell().append(button, picture);
   for (let column = 1; column < 4; column += 1) row.insertCell();
   return row;
 }

@@ -100,6 +100,7 @@ export interface Declared {
   robot: number | null;
   /** What the operator has decided; `dismissed` if it was declared again after that. */
   operator: "confirmed" | "dismissed" | null;
+  picture?: Picture;
 }
 
 /** A find that the operator has dismissed. */
@@ -107,6 +108,19 @@ export interface Dismissed {
   cell: number;
   since: number;
   robot: number | null;
+  picture?: Picture;
+}
+
+/** A robot's picture of a find. */
+export interface Picture {
+  /** Path of its file. */
+  file: string;
+  /** When it was taken, seconds. */
+  time: number;
+  robot: number;
+  camera: string;
+  /** The detector's class and score, in words; may be empty. */
+  seen: string;
 }
 
 /** A mark of the operator that counts. */

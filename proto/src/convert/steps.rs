@@ -59,6 +59,7 @@ impl TryFrom<&Step> for wire::Step {
                 | Event::Released
                 | Event::MustReturn(_)
                 | Event::Doubled(_)
+                | Event::Pictured(_)
                 | Event::ClockSet(_),
             ) => return Err(NotSimulated),
             StepEvent::Report => Self { kind: REPORT, ..empty },

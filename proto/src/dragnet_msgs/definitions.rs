@@ -38,6 +38,7 @@ ros_messages! {
     Zones,
     Mark,
     Marks,
+    Picture,
     Step,
     StepReply,
     Sensed,

@@ -23,6 +23,8 @@ pub enum Selection {
     Zones,
     /// The operator's marks as all robots and the coordinator know them.
     Marks,
+    /// All robots' pictures of finds.
+    Pictures,
     /// Liveliness tokens of all robots and the coordinator.
     Alive,
     /// Requests addressed to a participant.
@@ -47,6 +49,7 @@ impl fmt::Display for Selection {
             Self::Orders => formatter.write_str("**/orders"),
             Self::Zones => formatter.write_str("**/zones"),
             Self::Marks => formatter.write_str("**/marks"),
+            Self::Pictures => formatter.write_str("robots/*/picture"),
             Self::Alive => formatter.write_str("**/alive/*/*"),
             Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
             Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),

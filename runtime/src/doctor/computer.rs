@@ -156,7 +156,9 @@ pub(super) fn detector(body: &Body, file: &Path, make: Make<'_>) -> Vec<Finding>
         Ok(None) => return Vec::new(),
         Err(error) => return vec![Finding::fail("detector", error.to_string(), advice)],
     };
-    let cameras = body.ros.cameras_with_images().filter_map(|name| body.pilot.camera(name));
+    let elsewhere: Vec<_> = body.ros.detected_cameras().collect();
+    let cameras = body.ros.cameras_with_images().filter(|name| !elsewhere.contains(name));
+    let cameras = cameras.filter_map(|name| body.pilot.camera(name));
     let observed = cameras.map(|camera| {
         let settings = camera.settings();
         let (subject, image) = (format!("detector, {}", settings.name), gray(settings));

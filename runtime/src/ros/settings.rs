@@ -288,9 +288,14 @@ impl Checked {
     }
 
     /// Cameras whose images are subscribed to.
-    pub(crate) fn cameras_with_images(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn cameras_with_images(&self) -> impl Iterator<Item = &Arc<str>> {
         let is_image = |kind| matches!(kind, InputKind::Image | InputKind::CompressedImage);
-        self.subscriptions.iter().filter(move |one| is_image(one.kind)).map(|one| &*one.camera)
+        self.subscriptions.iter().filter(move |one| is_image(one.kind)).map(|one| &one.camera)
+    }
+
+    /// Cameras whose boxes come from another program.
+    pub(crate) fn detected_cameras(&self) -> impl Iterator<Item = &Arc<str>> {
+        self.subscriptions.iter().filter(|one| one.kind == InputKind::Detections).map(|one| &one.camera)
     }
 }
 

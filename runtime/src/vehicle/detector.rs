@@ -7,11 +7,12 @@ use std::future::pending;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use dragnet_ros2::input::Image;
-use dragnet_vehicle::camera::DetectionBox;
+use dragnet_ros2::input::{DetectedBox, Image};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tokio::task::{JoinHandle, spawn_blocking};
+
+use super::pictures::{BoxCrop, crops};
 
 /// The table `[detector]`: a YOLO network, as the crate `dragnet-detector` understands it.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
@@ -71,11 +72,11 @@ const fn threads() -> u16 {
 
 /// A detector of objects in images.
 pub trait Detector: Send {
-    /// The boxes of objects in an image, pixels of the image.
+    /// The boxes of objects in an image, pixels of the image, with their classes.
     ///
     /// # Errors
     /// Why detection failed on this image. The next one may succeed.
-    fn detect(&mut self, image: &Image) -> Result<Vec<DetectionBox>, String>;
+    fn detect(&mut self, image: &Image) -> Result<Vec<DetectedBox>, String>;
 }
 
 /// Constructs a detector from settings, whose paths are relative to the working directory, or returns the reason why it
@@ -97,13 +98,17 @@ pub(crate) struct Seen {
     pub(crate) camera: Arc<str>,
     /// When the image was taken, mission time.
     pub(crate) time_ns: u64,
-    pub(crate) found: Result<Vec<DetectionBox>, String>,
+    pub(crate) found: Result<Vec<DetectedBox>, String>,
+    /// What is in the largest of them.
+    pub(crate) crops: Vec<BoxCrop>,
 }
 
 impl DetectionRequest {
     pub(crate) fn through(&self, detector: &mut dyn Detector) -> Seen {
         let Self { camera, time_ns, image } = self;
-        Seen { camera: Arc::clone(camera), time_ns: *time_ns, found: detector.detect(image) }
+        let found = detector.detect(image);
+        let crops = found.as_ref().map(|boxes| crops(image, boxes, None)).unwrap_or_default();
+        Seen { camera: Arc::clone(camera), time_ns: *time_ns, found, crops }
     }
 }
 
@@ -141,7 +146,7 @@ impl DetectorWorker {
             }
             Err(error) => {
                 let found = Err(format!("the detector is no more: {error}"));
-                Seen { camera: "all".into(), time_ns: 0, found }
+                Seen { camera: "all".into(), time_ns: 0, found, crops: Vec::new() }
             }
         }
     }
@@ -183,7 +188,7 @@ mod tests {
     struct Slow(mpsc::Receiver<()>);
 
     impl Detector for Slow {
-        fn detect(&mut self, image: &Image) -> Result<Vec<DetectionBox>, String> {
+        fn detect(&mut self, image: &Image) -> Result<Vec<DetectedBox>, String> {
             self.0.recv().map_err(|error| error.to_string())?;
             assert!(image.stamp_unix_ns >= 0, "not a real image");
             Ok(Vec::new())
@@ -206,7 +211,7 @@ mod tests {
         let mut seen = Vec::new();
         for _ in 0..3 {
             go.send(()).unwrap();
-            let Seen { camera, time_ns, found } = eyes.see().await;
+            let Seen { camera, time_ns, found, .. } = eyes.see().await;
             assert_eq!(found, Ok(Vec::new()));
             seen.push((camera.to_string(), time_ns));
         }

@@ -15,6 +15,7 @@ use dragnet_vehicle::pilot::Event as PilotEvent;
 use tokio::sync::{mpsc, watch};
 
 use super::SHOW;
+use crate::pictures::Shelf;
 
 /// An agent's outputs for its vehicle.
 #[derive(Debug)]
@@ -22,6 +23,8 @@ pub struct AgentOutputs {
     /// Routes and closed cells.
     pub(crate) events: mpsc::UnboundedReceiver<PilotEvent>,
     pub(crate) beliefs: watch::Receiver<Arc<Belief>>,
+    /// For pictures of the vehicle's finds.
+    pub(crate) shelf: Arc<Shelf>,
 }
 
 /// An agent with the channels to its vehicle.
@@ -30,6 +33,7 @@ pub struct Embodied {
     events: mpsc::UnboundedSender<PilotEvent>,
     closed: BTreeSet<Cell>,
     beliefs: watch::Sender<Arc<Belief>>,
+    shelf: Arc<Shelf>,
     shown: MissionTime,
 }
 
@@ -39,8 +43,10 @@ impl Embodied {
     pub fn new(agent: Agent) -> (Self, AgentOutputs) {
         let (events, received) = mpsc::unbounded_channel();
         let (beliefs, watched) = watch::channel(Arc::new(agent.belief().clone()));
-        let agent_config = AgentOutputs { events: received, beliefs: watched };
-        (Self { agent, events, closed: BTreeSet::new(), beliefs, shown: MissionTime::START }, agent_config)
+        let shelf = Arc::new(Shelf::new(agent.id()));
+        let outputs = AgentOutputs { events: received, beliefs: watched, shelf: Arc::clone(&shelf) };
+        let (closed, shown) = (BTreeSet::new(), MissionTime::START);
+        (Self { agent, events, closed, beliefs, shelf, shown }, outputs)
     }
 }
 
@@ -52,6 +58,7 @@ impl StateMachine for Embodied {
     ) -> Result<Effects<Message>, ParticipantError> {
         let may_close = matches!(event, Event::Received { message: Message::Zones(_), .. });
         let effects = self.agent.handle(now, event)?;
+        self.shelf.note(now);
         // Without a vehicle the robot is about to stop.
         if may_close {
             let closed: BTreeSet<Cell> = self.agent.closed().collect();

@@ -1,6 +1,7 @@
 //! A vehicle on its network, driven by the wall clock.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use dragnet_proto::state_machine::Event;
 use dragnet_ros2::output::{Diagnostic, Level};
@@ -12,6 +13,7 @@ use super::detector::{Detector, DetectorWorker};
 use super::{AgentOutputs, Effect, Now, SHOW, TICK, Vehicle};
 use crate::clock::Clock;
 use crate::config::Body;
+use crate::pictures::Shelf;
 use crate::ros::node::Node;
 use crate::wall_clock::Report;
 use crate::{RuntimeError, unix_time};
@@ -21,6 +23,8 @@ struct Service {
     node: Node,
     vehicle: Vehicle,
     eyes: DetectorWorker,
+    clock: Clock,
+    shelf: Arc<Shelf>,
     reports: mpsc::Sender<Report>,
 }
 
@@ -39,7 +43,8 @@ pub(crate) async fn serve(
 ) -> Result<(), RuntimeError> {
     let vehicle = Vehicle::new(body.pilot, &body.ros, scenario);
     let node = Node::open(body.ros).await?;
-    let mut service = Service { node, vehicle, eyes: DetectorWorker::new(detector), reports };
+    let (eyes, shelf) = (DetectorWorker::new(detector), Arc::clone(&outputs.shelf));
+    let mut service = Service { node, vehicle, eyes, clock, shelf, reports };
     let [mut tick, mut show] = [TICK, SHOW].map(interval);
     tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -79,6 +84,10 @@ impl Service {
                 }
                 Effect::MustReturn(must) => {
                     let _ = self.reports.send((None, Event::MustReturn(must))).await;
+                }
+                Effect::Picture(picture) => {
+                    let age_ns = self.clock.now().0.saturating_sub(picture.time_ns);
+                    self.shelf.put(Duration::from_nanos(age_ns), picture);
                 }
                 Effect::Publish(output) => self.node.publish(unix_time::now_ns(), output).await?,
                 Effect::Detect(request) => self.eyes.show(request),

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use dragnet_detector::Found;
 use dragnet_detector::network::{Device, Network, NetworkError, set_threads};
 use dragnet_detector::picture::{Picture, PixelFormat, Size};
 use dragnet_detector::settings::{Classes, Resolution, Settings, Suppression};
-use dragnet_ros2::input::Image;
+use dragnet_detector::{Detection, Found};
+use dragnet_ros2::input::{DetectedBox, Hypothesis, Image};
 use dragnet_runtime::vehicle::detector::{self, Detector};
 use dragnet_vehicle::camera::DetectionBox;
 
@@ -82,6 +82,14 @@ impl YoloDetector {
         Ok(eyes)
     }
 
+    fn named(&self, detection: &Detection) -> DetectedBox {
+        let DetectionBox { left, top, right, bottom } = detection.bounds;
+        let class = detection.class;
+        let class = self.network.name(class).map_or_else(|| class.to_string(), str::to_owned);
+        let hypothesis = Some(Hypothesis { class, score: detection.confidence.into() });
+        DetectedBox { left, top, right, bottom, hypothesis }
+    }
+
     /// The detections of an image: red, green and blue of each pixel, row by row.
     pub(in crate::commands) fn find(
         &self,
@@ -95,10 +103,10 @@ impl YoloDetector {
 }
 
 impl Detector for YoloDetector {
-    fn detect(&mut self, image: &Image) -> Result<Vec<DetectionBox>, String> {
+    fn detect(&mut self, image: &Image) -> Result<Vec<DetectedBox>, String> {
         let found = self.find(image.width_pixels, image.height_pixels, &image.rgb);
         let detections = found.map_err(|error| error.to_string())?.detections;
-        Ok(detections.iter().map(|detection| detection.bounds).collect())
+        Ok(detections.iter().map(|detection| self.named(detection)).collect())
     }
 }
 

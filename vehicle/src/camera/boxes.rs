@@ -35,6 +35,8 @@ pub enum BoxRefusal {
 pub struct Detections {
     /// Bearings of the boxes' centers: radians in the vehicle's frame, from the camera's position, in the boxes' order.
     pub bearings_radians: Vec<f64>,
+    /// The index of each bearing's box in the image.
+    pub boxes: Vec<usize>,
     /// Ignored boxes: their index in the image, and the reason.
     pub refused: Vec<(usize, BoxRefusal)>,
 }
@@ -63,7 +65,7 @@ impl Camera {
                 Ok(column) if !columns.insert(column.to_bits()) => {
                     detections.refused.push((number, BoxRefusal::SameColumn));
                 }
-                Ok(column) => detections.bearings_radians.push(self.bearing_radians(column)),
+                Ok(column) => detections.add(number, self.bearing_radians(column)),
                 Err(refusal) => detections.refused.push((number, refusal)),
             }
         }
@@ -73,6 +75,18 @@ impl Camera {
     fn column_of(&self, detection_box: &DetectionBox) -> Result<f64, BoxRefusal> {
         let size = [self.settings.width_pixels, self.settings.height_pixels];
         detection_box.center(size).map(|[column, _]| column)
+    }
+}
+
+impl Detections {
+    /// Detections that have no boxes.
+    pub(crate) fn of_bearings(bearings_radians: Vec<f64>) -> Self {
+        Self { boxes: (0..bearings_radians.len()).collect(), bearings_radians, refused: Vec::new() }
+    }
+
+    pub(super) fn add(&mut self, detection_box: usize, bearing_radians: f64) {
+        self.bearings_radians.push(bearing_radians);
+        self.boxes.push(detection_box);
     }
 }
 

@@ -117,7 +117,7 @@ impl MountedCamera {
                 Ok([column, row]) => {
                     let Some(bearing) = self.bearing_radians(column, row) else { continue };
                     if known.insert(bearing.to_bits()) {
-                        detections.bearings_radians.push(bearing);
+                        detections.add(number, bearing);
                     } else {
                         detections.refused.push((number, BoxRefusal::SameColumn));
                     }

@@ -8,6 +8,7 @@ use dragnet_search::evidence::Reading;
 
 use super::diagnostic::Diagnostic;
 use crate::camera::{DetectionBox, MountedCamera};
+use crate::tracker::track::TrackId;
 use dragnet_lattice::costmap::CostMap;
 use dragnet_lattice::plan::Plan;
 use dragnet_lattice::plane::Pose;
@@ -93,6 +94,19 @@ pub enum CameraDetections {
     },
     /// Radians counter-clockwise from the vehicle's heading (from its head, if it has one), from the camera's position.
     Bearings(Vec<f64>),
+}
+
+/// A detection that belongs to a track.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Assigned {
+    /// The camera's name, as in its [`CameraFrame`].
+    pub camera: String,
+    /// When the image was taken, as in its [`CameraFrame`].
+    pub time_ns: u64,
+    /// Index of the box, or of the bearing, in its [`CameraFrame`].
+    pub detection: usize,
+    /// The track.
+    pub track: TrackId,
 }
 
 /// The progress of a drive.

@@ -18,7 +18,7 @@ use nalgebra::Vector2;
 
 use super::diagnostic::{Fault, Subject};
 use super::localization::{At, Localization};
-use super::{CameraDetections, CameraFrame, PoseEstimate, seconds, stamp};
+use super::{Assigned, CameraDetections, CameraFrame, PoseEstimate, seconds, stamp};
 use crate::camera::{BoxRefusal, Camera, Detections, TooManyBoxes};
 use crate::evidence::account::Accounts;
 use crate::evidence::finds::{Find, Finds};
@@ -48,6 +48,8 @@ pub(super) struct Perception {
     accounts: Accounts,
     /// Whether the last observation contained undecided readings.
     has_undecided: bool,
+    /// The assigned detections of the frames that the last event has processed.
+    assigned: Vec<Assigned>,
 }
 
 #[derive(Clone, Debug)]
@@ -99,6 +101,7 @@ impl Perception {
             finds: Finds::default(),
             accounts: Accounts::default(),
             has_undecided: false,
+            assigned: Vec::new(),
         })
     }
 
@@ -118,6 +121,14 @@ impl Perception {
 
     pub(super) fn tracks(&self) -> &[Track] {
         self.tracker.tracks()
+    }
+
+    pub(super) fn assigned(&self) -> &[Assigned] {
+        &self.assigned
+    }
+
+    pub(super) fn forget_assigned(&mut self) {
+        self.assigned.clear();
     }
 
     /// From the first event on, frames are expected.
@@ -252,12 +263,13 @@ impl Perception {
         };
         let deviation_radians = camera.bearing_deviation_radians(eye.column_std_pixels);
         let number = u16::try_from(index).unwrap_or(u16::MAX);
+        let (name, time_ns) = (&frame.camera, frame.time_ns);
         let frame = Frame::of_camera(
             camera,
             number,
             &head,
             detections,
-            frame.time_ns,
+            time_ns,
             deviation_radians.clamp(1e-6, 0.5),
             pose_error,
         )
@@ -265,6 +277,12 @@ impl Perception {
         let accounts = &self.accounts;
         let unseen = |point| accounts.missed_at(terrain, point);
         let outcome = self.tracker.handle_where_unseen(&frame, &unseen).map_err(|error| refused(&error))?;
+        self.assigned.extend(outcome.born.iter().chain(&outcome.seen).map(|&(track, bearing)| Assigned {
+            camera: name.clone(),
+            time_ns,
+            detection: detections.boxes[bearing],
+            track,
+        }));
         let eye = &mut self.eyes[index];
         eye.fixed.add(head.heading_radians, &detections.bearings_radians);
         eye.false_alarms.add(outcome.born.len(), outcome.confirmed.len());
@@ -352,7 +370,7 @@ fn detections(described: Option<&Camera>, frame: &CameraFrame) -> Result<Detecti
                 let message = format!("bearing {number} is no number");
                 return Err(Fault::new("no_number", &message, &[("bearing", number as f64)]));
             }
-            Ok(Detections { bearings_radians: bearings.clone(), refused: Vec::new() })
+            Ok(Detections::of_bearings(bearings.clone()))
         }
     }
 }

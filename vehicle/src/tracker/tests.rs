@@ -42,7 +42,7 @@ fn outcomes(tracker: &mut Tracker, frames: &[&[f64]]) -> Vec<Outcome> {
 fn three_detections_of_five_confirm() {
     let mut tracker = tracker();
     let outcomes = outcomes(&mut tracker, &[&[1.0], &[], &[1.0], &[], &[1.0]]);
-    assert_eq!(outcomes[0].born, [TrackId(0)]);
+    assert_eq!(outcomes[0].born, [(TrackId(0), 0)]);
     assert_eq!(outcomes[2].seen, [(TrackId(0), 0)]);
     assert_eq!(outcomes[4].confirmed, [TrackId(0)]);
     assert!(outcomes.iter().all(|outcome| outcome.lost.is_empty()));
@@ -114,7 +114,7 @@ fn a_box_of_a_turned_camera_points_at_its_object() {
     assert!(frame.view.contains(object));
     let expected = bearing_radians(eye.position_meters(), object);
     assert!((frame.bearings_radians[0] - expected).abs() < 1e-12, "{frame:?} {expected}");
-    assert_eq!(tracker().handle(&frame).unwrap().born, [TrackId(0)]);
+    assert_eq!(tracker().handle(&frame).unwrap().born, [(TrackId(0), 0)]);
     let lost = Pose::new(20.0, 30.0, f64::NAN);
     assert!(Frame::of_camera(&camera, 0, &lost, &detections, SECOND, 0.005, error).is_err());
 }
