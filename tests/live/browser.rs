@@ -17,6 +17,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use super::interpreter::interpreter;
+use super::pictured::find;
 use super::{Served, folder, root};
 
 /// A requirement of a browser test that this computer lacks; `test.sh` installs it.
@@ -131,6 +132,17 @@ fn a_robot_that_is_cut_off_is_waited_for() {
         let runtime = tokio::runtime::Runtime::new().unwrap();
         let robot = runtime.spawn(repeat_orders(scenario, endpoint));
         play("cutOff", served);
+        robot.abort();
+    });
+}
+
+#[test]
+fn a_find_is_shown_with_its_picture() {
+    in_browser(|| {
+        let (served, scenario, endpoint) = coordinator_of_hall();
+        let runtime = tokio::runtime::Runtime::new().unwrap();
+        let robot = runtime.spawn(find(scenario, endpoint));
+        play("pictured", served);
         robot.abort();
     });
 }

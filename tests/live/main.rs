@@ -9,6 +9,7 @@ mod foxglove;
 mod http;
 #[path = "../python/interpreter.rs"]
 mod interpreter;
+mod pictured;
 mod plan;
 
 use std::io::{BufRead, BufReader, Read};

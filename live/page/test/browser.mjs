@@ -10,7 +10,7 @@ import {
   address, answered, bare, browse, cells, link, marks, moveTo, name, picture, probability, seconds, settle, shot, states, text,
   until,
 } from "./browse.mjs";
-import { cutOff, finds } from "./finds.mjs";
+import { cutOff, finds, pictured } from "./finds.mjs";
 import { plan, planPhone } from "./planning.mjs";
 import { replay, sound } from "./recording.mjs";
 
@@ -449,5 +449,5 @@ async function doubled() {
   });
 }
 
-const CASES = { live, finds, cutOff, readOnly, phone, replay, sound, earth, stale, crowd, doubled, plan, planPhone, basemap, planOnBasemap };
+const CASES = { live, finds, pictured, cutOff, readOnly, phone, replay, sound, earth, stale, crowd, doubled, plan, planPhone, basemap, planOnBasemap };
 await CASES[name]();

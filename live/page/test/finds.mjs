@@ -75,3 +75,38 @@ export async function cutOff() {
     await shot(page, "cut_off.png");
   });
 }
+
+/** A find has a picture, which is shown large, and in which the operator decides. */
+export async function pictured() {
+  await browse(address, {}, async (page) => {
+    await page.keyboard.press("Shift+P");
+    const small = page.locator("#find-picture img");
+    await small.waitFor();
+    await until("it is loaded", async () => (await small.evaluate((it) => it.naturalWidth)) === 120);
+    assert.match(await text(page, "find-text"), /^Find at .* by robot 1/);
+    await shot(page, "find_picture.png");
+    for (const [width, height] of [[390, 844], [1440, 900]]) {
+      await page.setViewportSize({ width, height });
+      await page.locator("#find-picture").click();
+      const large = page.locator("#picture-image");
+      assert.ok(await large.isVisible());
+      assert.match(await text(page, "picture-text"), /^person, 0\.91; .* \(cell \[0, 0\]\), by robot 1's camera front at \d:\d\d$/);
+      const inside = await page.locator("#picture").evaluate((it) => it.scrollWidth <= it.clientWidth && it.getBoundingClientRect().height <= innerHeight);
+      assert.ok(inside, `it fits ${width} x ${height}`);
+      await shot(page, `picture_${width}.png`);
+      await page.keyboard.press("Escape");
+      assert.ok(await large.isHidden());
+    }
+    assert.ok(await page.locator("#find").isVisible(), "closing decides nothing");
+    await page.locator("#find-close").click();
+    const file = await page.locator("#objects .picture img").getAttribute("src");
+    const [status, type] = await page.evaluate((it) => fetch(it).then((got) => [got.status, got.headers.get("content-type")]), file);
+    assert.deepEqual([status, type], [200, "image/jpeg"]);
+    await page.locator("#objects .picture").click();
+    await answered(page, () => page.locator("#picture-confirm").click(), /The find in cell .* is confirmed/);
+    await until("it is confirmed", async () => /✓ confirmed/.test(await page.locator("#objects tbody tr").textContent()));
+    await page.locator("#objects .picture").click();
+    assert.ok(await page.locator("#picture-confirm").isHidden(), "it is decided");
+    await page.locator("#picture-close").click();
+  });
+}
