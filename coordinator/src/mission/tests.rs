@@ -3,6 +3,7 @@ use dragnet_proto::directive::{Directive, TeamOrder};
 use dragnet_proto::marks::Marks;
 use dragnet_proto::message::{Activity, SyncReply, SyncRequest};
 use dragnet_proto::orders::{NumberedOrder, RobotOrder};
+use dragnet_proto::picture::PictureFacts;
 use dragnet_proto::verdict::Decision;
 use dragnet_proto::zones::{Zone, Zones};
 use dragnet_search::evidence::{Digest, Reading};
@@ -214,6 +215,30 @@ fn robots_of_one_number_are_reported_as_long_as_they_are_there() {
     assert_eq!(doubled(&outcome), Some(vec![TWO]));
     assert_eq!(mission.status(at(2)).doubled, [TWO]);
     assert_eq!(doubled(&mission.react(at(3), Event::Doubled(BTreeSet::new()))), Some(vec![]));
+}
+
+#[test]
+fn the_best_picture_of_a_find_is_recorded() {
+    let mut mission = mission();
+    let facts = PictureFacts {
+        robot: ONE,
+        time_ns: 5,
+        cell: cell(2),
+        camera: "front".to_owned(),
+        label: String::new(),
+        score: 1.0,
+        quality: 20.0,
+    };
+    let of_quality = |quality| {
+        Arc::new(Picture { facts: PictureFacts { quality, ..facts.clone() }, jpeg: [1, 2].as_slice().into() })
+    };
+    let mut receive = |quality| mission.react(at(1), Event::Pictured(of_quality(quality))).records;
+    for (quality, is_recorded) in [(20.0, true), (20.0, false), (10.0, false), (30.0, true)] {
+        let expected: Vec<Record> =
+            is_recorded.then(|| Record::Picture(of_quality(quality))).into_iter().collect();
+        assert_eq!(receive(quality), expected, "{quality}");
+    }
+    assert_eq!(mission.pictures().collect::<Vec<_>>(), [&of_quality(30.0)]);
 }
 
 #[test]

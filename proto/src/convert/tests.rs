@@ -211,6 +211,43 @@ fn a_directive_travels_in_runs_and_is_rejected_by_field() {
 }
 
 #[test]
+fn pictures_are_rejected_by_field() {
+    let good = wire::Picture {
+        version: wire::VERSION,
+        robot: 2,
+        time_ns: 3,
+        cell: 4,
+        camera: "front".to_owned(),
+        label: "person".to_owned(),
+        score: 0.5,
+        quality: 12.5,
+        size: 20_000,
+        first: 19_998,
+        data: vec![7, 8],
+    };
+    let codec = Codec::new(grid());
+    let read = codec.decode_picture(&cdr::encode(&good)).unwrap();
+    assert_eq!(wire::Picture::from(&read), good);
+    assert_eq!(encode_picture(&read), cdr::encode(&good));
+    let check = |change: fn(&mut wire::Picture), expected: &str| {
+        let mut wire = good.clone();
+        change(&mut wire);
+        let refused = codec.decode_picture(&cdr::encode(&wire)).unwrap_err().to_string();
+        assert_mentions(&refused, &format!("dragnet_msgs/msg/Picture .. {expected}"));
+    };
+    check(|it| it.robot = 0, "robot .. 0 .. from 1");
+    check(|it| it.cell = 6, "cell .. 6 .. 0 to 5");
+    check(|it| it.camera = "x".repeat(65), "camera .. 65 .. 64");
+    check(|it| it.label = "x".repeat(65), "label .. 65 .. 64");
+    check(|it| it.score = 1.5, "score .. 1.5 .. 0 to 1");
+    check(|it| it.quality = f32::NAN, "quality .. NaN .. from 0");
+    check(|it| it.size = 20_001, "size .. 20001 .. 1 to 20000");
+    check(|it| it.size = 0, "size .. 0 .. 1 to 20000");
+    check(|it| it.first = 20_001, "first .. 20001 .. 20000");
+    check(|it| it.data.push(9), "data .. 3 .. 2");
+}
+
+#[test]
 fn verdicts_are_rejected_by_field() {
     let good = wire::Verdicts {
         version: wire::VERSION,
