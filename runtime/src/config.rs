@@ -347,13 +347,10 @@ impl AgentSettings {
                 let names = names.join(", ");
                 return Err(format!("ros.cameras: {name:?}; allowed are those of vehicle: {names}"));
             }
-            match (&self.detector, camera.detections.is_empty()) {
-                (None, true) => {
-                    return Err(format!(
-                        "ros.cameras: {name:?} has images, for which a [detector] is needed, or detections"
-                    ));
-                }
-                _ => {}
+            if self.detector.is_none() && camera.detections.is_empty() {
+                return Err(format!(
+                    "ros.cameras: {name:?} has images, for which a [detector] is needed, or detections"
+                ));
             }
         }
         let is_looked_at =

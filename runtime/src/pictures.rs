@@ -35,6 +35,8 @@ use crate::wall_clock::Report;
 const MOST_PICTURES: usize = 256;
 /// The longest side of a picture, pixels.
 const MOST_PIXELS: u32 = 1024;
+/// The most replies to a query that count.
+const MOST_REPLIES: usize = 1024;
 /// How long the coordinator waits for replies.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// How long it waits before it asks again for the picture of a find that has none,
@@ -241,7 +243,7 @@ impl Fetcher {
     /// How many bytes to ask for at a time, and how long to pause in between.
     fn pace(&self) -> (usize, Duration) {
         let Some(rate) = self.codec.bytes_per_second() else { return (Picture::MAX_BYTES, Duration::ZERO) };
-        let rate = rate as f64 * SHARE;
+        let rate = rate * SHARE;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 20,000")]
         let most = (rate.round() as usize).clamp(LEAST_BYTES, Picture::MAX_BYTES);
         (most, Duration::from_secs_f64((most as f64 / rate).min(3600.0)))
@@ -262,16 +264,17 @@ impl Fetcher {
         let mut parts = Vec::new();
         while let Ok(reply) = replies.recv_async().await {
             let Ok(sample) = reply.result() else { continue };
-            let robot = match sample.key_expr().as_str().parse::<Key>() {
-                Ok(Key { topic: Topic::Picture(robot), .. }) => robot,
-                _ => continue,
-            };
+            let key = sample.key_expr().as_str().parse();
+            let Ok(Key { topic: Topic::Picture(robot), .. }) = key else { continue };
             match self.codec.decode_picture(&sample.payload().to_bytes()) {
                 Ok(part) if part.facts.robot == robot && part.facts.cell == request.cell => parts.push(part),
                 Ok(_) => {
-                    tracing::warn!("rejected a picture of robot {robot}: it is of another robot or cell")
+                    tracing::warn!("rejected a picture of robot {robot}: it is of another robot or cell");
                 }
                 Err(error) => tracing::warn!("rejected a picture of robot {robot}: {error}"),
+            }
+            if parts.len() >= MOST_REPLIES {
+                break;
             }
         }
         parts

@@ -150,8 +150,8 @@ impl Own {
         let (mut machine, outputs) = Embodied::new(agent);
         let _pictures = match &vehicle {
             OwnVehicle::Ros(body) if body.ros.cameras_with_images().next().is_some() => {
-                let shelf = Arc::clone(&outputs.shelf);
-                Some(pictures::serve(link.session(), link.mission(), link.codec(), shelf).await?)
+                let pictures = Arc::clone(&outputs.shelf);
+                Some(pictures::serve(link.session(), link.mission(), link.codec(), pictures).await?)
             }
             OwnVehicle::Ros(_) | OwnVehicle::Mavlink(_) => None,
         };
