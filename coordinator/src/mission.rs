@@ -219,6 +219,7 @@ impl Mission {
             }
             Event::Start
             | Event::Sensed { .. }
+            | Event::RouteFailed { .. }
             | Event::Came
             | Event::Halted
             | Event::Released
