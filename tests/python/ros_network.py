@@ -121,6 +121,55 @@ class Network:
     def tf(self, *transforms):
         return self.make("tf2_msgs/msg/TFMessage", transforms=list(transforms))
 
+    def pose(self, x, y, heading):
+        zw = {"z": math.sin(heading / 2), "w": math.cos(heading / 2)}
+        return self.make(
+            "geometry_msgs/msg/Pose",
+            position=self.make("geometry_msgs/msg/Point", x=x, y=y, z=0.0),
+            orientation=self.make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, **zw),
+        )
+
+    def uncertain(self, pose, variances):
+        """A pose x, y, heading with the variances of a coordinate and of the heading."""
+        covariance = np.zeros((6, 6))
+        covariance[0, 0] = covariance[1, 1] = variances[0]
+        covariance[5, 5] = variances[1]
+        return self.make("geometry_msgs/msg/PoseWithCovariance", pose=self.pose(*pose), covariance=covariance.reshape(-1))
+
+    def located(self, frame, pose, variances):
+        """The same with a frame, as localization publishes it."""
+        located = self.uncertain(pose, variances)
+        return self.make("geometry_msgs/msg/PoseWithCovarianceStamped", header=self.header(frame), pose=located)
+
+    def odometry(self, pose, speed, rate):
+        """The pose of `base_link` in `odom`, and its speeds."""
+        make = self.make
+        twist = make(
+            "geometry_msgs/msg/Twist",
+            linear=make("geometry_msgs/msg/Vector3", x=speed, y=0.0, z=0.0),
+            angular=make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=rate),
+        )
+        return make(
+            "nav_msgs/msg/Odometry",
+            header=self.header("odom"),
+            child_frame_id="base_link",
+            pose=self.uncertain(pose, (0.0, 0.0)),
+            twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)),
+        )
+
+    def occupancy_grid(self, occupancy, resolution, origin):
+        """A map in percent, the first row the southern one, -1 where it is unknown."""
+        rows, columns = occupancy.shape
+        info = self.make(
+            "nav_msgs/msg/MapMetaData",
+            map_load_time=self.make("builtin_interfaces/msg/Time", sec=0, nanosec=0),
+            resolution=resolution,
+            width=columns,
+            height=rows,
+            origin=self.pose(*origin, 0.0),
+        )
+        return self.make("nav_msgs/msg/OccupancyGrid", header=self.header("map"), info=info, data=occupancy.reshape(-1))
+
     def camera_info(self, header, size, focal, center, model, d):
         """Calibration of a camera: columns and rows, focal length and principal point in pixels, and distortion."""
         columns, rows = size
