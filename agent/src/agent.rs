@@ -33,6 +33,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::barred::Barred;
 use crate::blind_spots::{self, BlindSpots};
 use crate::heartbeat::HeartbeatSchedule;
 use crate::home::{self, Home};
@@ -160,6 +161,8 @@ pub struct Agent {
     sightings: Sightings,
     /// Cells that its vehicle does not see.
     blind_spots: BlindSpots,
+    /// Cells that its vehicle could not enter.
+    barred: Barred,
     /// Waypoints chosen.
     decisions: u64,
     /// Plans made, including decisions to rest: the number of the next one.
@@ -185,7 +188,7 @@ pub struct Agent {
     orders: RobotOrders,
     /// The operator's zones, as far as known.
     zones: Zones,
-    /// The map as it plans: with these zones.
+    /// The map as it plans: with these zones, and without the barred cells.
     ground: Arc<Terrain>,
     /// Whether its vehicle must return to its base.
     must_return: bool,
@@ -239,6 +242,7 @@ impl Agent {
             is_overtaken: false,
             sightings: Sightings::default(),
             blind_spots: BlindSpots::default(),
+            barred: Barred::default(),
             decisions: 0,
             plans: 0,
             recalled: None,
@@ -304,6 +308,7 @@ impl Agent {
         let mut effects = Effects::default();
         match event {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut effects),
+            Event::RouteFailed { blocked } => self.bar(now, &blocked),
             Event::Received { from, message } => return self.receive(now, from, &message),
             Event::Woke => self.wake(now, &mut effects),
             Event::Came => self.heartbeats.request_sync(now),
@@ -660,6 +665,9 @@ impl Agent {
     /// Chooses a waypoint, or rests.
     fn decide(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
         let Some(cell) = self.cell.filter(|_| now >= self.config.first_decision()) else { return };
+        if self.barred.open(now) {
+            self.survey();
+        }
         let (activity, path) = match self.order() {
             _ if self.is_spent(now) => (Activity::Spent, Vec::new()),
             RobotOrder::Pause => (Activity::Paused, Vec::new()),

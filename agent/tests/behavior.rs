@@ -424,3 +424,28 @@ fn a_robot_that_is_halted_stays_and_decides_anew_when_it_may_go_on() {
     let released = field.robot.react(MissionTime(90 * SECOND), Event::Released);
     assert!(released.route.is_some_and(|route| !route.is_empty()));
 }
+
+#[test]
+fn a_robot_whose_vehicle_cannot_enter_a_cell_goes_elsewhere() {
+    let mut field = Field::new(1, ENDLESS);
+    let here = field.cell(0, 0);
+    let path = field.sense(0, here).route.unwrap();
+    let waypoint = *path.last().unwrap();
+    // What the vehicle finds in the cell that it leaves is no question.
+    assert_eq!(field.sense(5, here).route, None);
+    let fail = |field: &mut Field, seconds, blocked| {
+        field.robot.react(MissionTime(seconds * SECOND), Event::RouteFailed { blocked });
+        field.sense(seconds, here).route.unwrap()
+    };
+    let mut barred = vec![waypoint];
+    for round in 0..4 {
+        let route = fail(&mut field, 10 + round, vec![*barred.last().unwrap()]);
+        assert!(
+            !route.is_empty() && route.iter().all(|cell| !barred.contains(cell)),
+            "{barred:?}: {route:?}"
+        );
+        barred.push(*route.last().unwrap());
+    }
+    // A vehicle that is boxed in blames no cell.
+    assert!(!fail(&mut field, 20, Vec::new()).is_empty());
+}

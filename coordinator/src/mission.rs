@@ -232,6 +232,7 @@ impl Mission {
             }
             Event::Start
             | Event::Sensed { .. }
+            | Event::RouteFailed { .. }
             | Event::Came
             | Event::Halted
             | Event::Released

@@ -97,6 +97,11 @@ pub enum Event<M> {
         /// Its readings.
         readings: Vec<Reading>,
     },
+    /// A robot's vehicle has found no way along its route, and stands; it senses next, in the same cell.
+    RouteFailed {
+        /// The cells that it could not enter.
+        blocked: Vec<Cell>,
+    },
     /// A message arrives.
     Received {
         /// Its publisher.
@@ -137,6 +142,7 @@ impl<M> Event<M> {
             Self::Received { from, message } => return Ok((from, message)),
             Self::Start => Event::Start,
             Self::Sensed { cell, readings } => Event::Sensed { cell, readings },
+            Self::RouteFailed { blocked } => Event::RouteFailed { blocked },
             Self::Woke => Event::Woke,
             Self::Came => Event::Came,
             Self::Lost(robot) => Event::Lost(robot),

@@ -256,6 +256,7 @@ impl Rehearsal<'_> {
                     self.handle(Event::Sensed { cell, readings })?;
                     self.believe();
                 }
+                Effect::RouteFailed { blocked } => self.handle(Event::RouteFailed { blocked })?,
                 Effect::MustReturn(must) => self.handle(Event::MustReturn(must))?,
                 Effect::Publish(output) => *self.log.published.entry(output.kind()).or_default() += 1,
                 Effect::Detect(request) => {

@@ -84,6 +84,8 @@ pub(crate) struct Now {
 pub(crate) enum Effect {
     /// For the agent: the vehicle's cell, and the readings since the last observation.
     Sensed { cell: Cell, readings: Vec<Reading> },
+    /// For the agent: the route is given up; the vehicle could not enter these cells.
+    RouteFailed { blocked: Vec<Cell> },
     /// For the agent: whether the vehicle must return to its base.
     MustReturn(bool),
     /// For the vehicle's network.
@@ -395,6 +397,7 @@ impl Vehicle {
     fn act(&mut self, now: Now, action: Action) -> Vec<Effect> {
         match action {
             Action::Sensed { cell, readings } => vec![Effect::Sensed { cell, readings }],
+            Action::RouteFailed { blocked } => vec![Effect::RouteFailed { blocked }],
             Action::Drive(plan) => {
                 let path = self.path(&plan.poses);
                 self.drive = self.located.map(|here| Drive { poses: plan.poses, stood: (here, now.mission) });

@@ -253,6 +253,7 @@ impl<'a> Mission<'a> {
             let vehicle = &mut self.vehicles[index];
             match action {
                 Action::Sensed { cell, readings } => self.sense(index, cell, readings)?,
+                Action::RouteFailed { blocked } => self.tell(index, Event::RouteFailed { blocked })?,
                 Action::Drive(plan) => vehicle.body.follow(&plan.poses),
                 Action::Go(pose) => {
                     let here = vehicle.body.pose();

@@ -20,9 +20,8 @@ import threading
 import time
 
 import numpy as np
-import zenoh
-import zenoh.ext
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from ros_network import OPTICAL, Network, rotation
 
 OBJECT = np.array([70.0, 70.0, 0.3])
 METERS_PER_SECOND, HERTZ = 8.0, 20
@@ -30,43 +29,6 @@ COLUMNS, ROWS = 640, 480
 RANGE_METERS = 60.0
 # Odometry began elsewhere, turned, and drifts.
 ODOM_IN_MAP = (3.0, -2.0, 0.4)
-VISION = {
-    "vision_msgs/msg/Point2D": "float64 x\nfloat64 y\n",
-    "vision_msgs/msg/Pose2D": "vision_msgs/Point2D position\nfloat64 theta\n",
-    "vision_msgs/msg/BoundingBox2D": "vision_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y\n",
-    "vision_msgs/msg/BoundingBox3D": "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size\n",
-    "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score\n",
-    "vision_msgs/msg/ObjectHypothesisWithPose": "vision_msgs/ObjectHypothesis hypothesis\n"
-    "geometry_msgs/PoseWithCovariance pose\n",
-    "vision_msgs/msg/Detection2D": "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
-    "vision_msgs/BoundingBox2D bbox\nstring id\n",
-    "vision_msgs/msg/Detection2DArray": "std_msgs/Header header\nvision_msgs/Detection2D[] detections\n",
-    "vision_msgs/msg/Detection3D": "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
-    "vision_msgs/BoundingBox3D bbox\nstring id\n",
-    "vision_msgs/msg/Detection3DArray": "std_msgs/Header header\nvision_msgs/Detection3D[] detections\n",
-}
-
-
-def rotation(roll, pitch, yaw):
-    (sr, cr), (sp, cp), (sy, cy) = [(math.sin(a), math.cos(a)) for a in (roll, pitch, yaw)]
-    x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    return z @ y @ x
-
-
-def quaternion(roll, pitch, yaw):
-    """x, y, z, w, by half angles."""
-    (sr, cr), (sp, cp), (sy, cy) = [(math.sin(a / 2), math.cos(a / 2)) for a in (roll, pitch, yaw)]
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
-
-
-OPTICAL = (-math.pi / 2, 0.0, -math.pi / 2)
 
 
 class Camera:
@@ -107,77 +69,6 @@ CAMERAS = [
     Camera("front", (0.4, 0.0, 0.5), (0.0, 0.05, 0.3), 260.0, (322.0, 238.0), "plumb_bob", (-0.2, 0.03, 0.001, -0.001, 0.0)),
     Camera("rear", (-0.3, 0.1, 0.6), (0.02, 0.1, -2.8), 300.0, (315.0, 243.0), "equidistant", (0.01, -0.005, 0.0, 0.0)),
 ]
-
-
-class Network:
-    def __init__(self, endpoint):
-        self.store = get_typestore(Stores.ROS2_JAZZY)
-        types = {}
-        for name, text in VISION.items():
-            types.update(get_types_from_msg(text, name))
-        self.store.register(types)
-        config = zenoh.Config()
-        config.insert_json5("mode", '"client"')
-        config.insert_json5("connect/endpoints", json.dumps([endpoint]))
-        config.insert_json5("scouting/multicast/enabled", "false")
-        config.insert_json5("timestamping/enabled", "true")
-        self.session = zenoh.open(config)
-        self.publishers, self.sent = {}, 0
-
-    def make(self, name, **fields):
-        return self.store.types[name](**fields)
-
-    def key(self, topic, name):
-        package, _, short = name.split("/")
-        return f"0/{topic}/{package}::msg::dds_::{short}_/{self.store.hash_rihs01(name)}"
-
-    def publish(self, topic, message, latched=None):
-        """Latched messages are kept for late subscribers, by one publisher for each `latched`."""
-        if (topic, latched) not in self.publishers:
-            key = self.key(topic, message.__msgtype__)
-            if latched:
-                publisher = zenoh.ext.declare_advanced_publisher(
-                    self.session,
-                    key,
-                    cache=zenoh.ext.CacheConfig(1),
-                    sample_miss_detection=zenoh.ext.MissDetectionConfig(sporadic_heartbeat=0.5),
-                    publisher_detection=True,
-                )
-            else:
-                publisher = self.session.declare_publisher(key)
-            self.publishers[topic, latched] = publisher
-        self.sent += 1
-        attachment = self.sent.to_bytes(8, "little") + time.time_ns().to_bytes(8, "little") + b"\x10" + bytes(16)
-        data = bytes(self.store.serialize_cdr(message, message.__msgtype__))
-        self.publishers[topic, latched].put(data, attachment=attachment)
-
-    def subscribe(self, topic, name, receive):
-        def decode(sample):
-            receive(self.store.deserialize_cdr(sample.payload.to_bytes(), name))
-
-        self.session.declare_subscriber(self.key(topic, name), decode)
-
-    def header(self, frame, ahead=0.0):
-        now = time.time_ns() + int(ahead * 1e9)
-        stamp = self.make("builtin_interfaces/msg/Time", sec=now // 10**9, nanosec=now % 10**9)
-        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
-
-    def transform(self, parent, child, place, angles, ahead=0.0):
-        x, y, z = place
-        i, j, k, w = quaternion(*angles)
-        return self.make(
-            "geometry_msgs/msg/TransformStamped",
-            header=self.header(parent, ahead),
-            child_frame_id=child,
-            transform=self.make(
-                "geometry_msgs/msg/Transform",
-                translation=self.make("geometry_msgs/msg/Vector3", x=x, y=y, z=z),
-                rotation=self.make("geometry_msgs/msg/Quaternion", x=i, y=j, z=k, w=w),
-            ),
-        )
-
-    def tf(self, *transforms):
-        return self.make("tf2_msgs/msg/TFMessage", transforms=list(transforms))
 
 
 class Robot:
@@ -231,50 +122,17 @@ class Robot:
         network.publish("e_stop", network.make("std_msgs/msg/Bool", data=self.stopped))
         if count % HERTZ == 0:
             self.say_battery()
-        status = [self.status(number, state) for number, state in self.goals]
-        array = network.make("action_msgs/msg/GoalStatusArray", status_list=status)
-        network.publish("navigate_to_pose/_action/status", array)
-
-    def status(self, number, state):
-        make = self.network.make
-        uuid = make("unique_identifier_msgs/msg/UUID", uuid=np.array([number % 256] * 16, dtype=np.uint8))
-        stamp = make("builtin_interfaces/msg/Time", sec=0, nanosec=0)
-        info = make("action_msgs/msg/GoalInfo", goal_id=uuid, stamp=stamp)
-        return make("action_msgs/msg/GoalStatus", goal_info=info, status=state)
+        network.publish("navigate_to_pose/_action/status", network.goal_statuses(self.goals))
 
     def look(self, camera):
-        network, make = self.network, self.network.make
+        network = self.network
         header = network.header(f"{camera.name}_optical")
         focal, center = (camera.focal, camera.center) if self.is_calibrated else (0.0, (0.0, 0.0))
-        one = 1.0 if self.is_calibrated else 0.0
-        info = make(
-            "sensor_msgs/msg/CameraInfo",
-            header=header,
-            height=ROWS,
-            width=COLUMNS,
-            distortion_model=camera.model,
-            d=np.array(camera.d),
-            k=np.array([focal, 0.0, center[0], 0.0, focal, center[1], 0.0, 0.0, one]),
-            r=np.eye(3).reshape(-1),
-            p=np.zeros(12),
-            binning_x=0,
-            binning_y=0,
-            roi=make("sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0, do_rectify=False),
-        )
+        info = network.camera_info(header, (COLUMNS, ROWS), focal, center, camera.model, camera.d)
         network.publish(f"{camera.name}/camera_info", info)
         point = rotation(0, 0, -self.heading) @ (OBJECT - np.array([*self.place, 0.0]))
-        pixel, found = camera.pixel(point), []
-        if pixel is not None:
-            position = make("vision_msgs/msg/Point2D", x=pixel[0], y=pixel[1])
-            bbox = make(
-                "vision_msgs/msg/BoundingBox2D",
-                center=make("vision_msgs/msg/Pose2D", position=position, theta=0.0),
-                size_x=8.0,
-                size_y=8.0,
-            )
-            found.append(make("vision_msgs/msg/Detection2D", header=header, results=[], bbox=bbox, id=""))
-        detections = make("vision_msgs/msg/Detection2DArray", header=header, detections=found)
-        network.publish(f"{camera.name}/detections", detections)
+        pixel = camera.pixel(point)
+        network.publish(f"{camera.name}/detections", network.detections(header, [pixel] if pixel else []))
 
     def say_battery(self):
         nan, none = float("nan"), np.array([], dtype=np.float32)

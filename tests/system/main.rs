@@ -18,6 +18,7 @@ mod glossary;
 mod hosts;
 #[path = "../python/interpreter.rs"]
 mod interpreter;
+mod ir_sim;
 mod late_network;
 mod localization;
 mod logs;

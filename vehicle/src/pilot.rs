@@ -91,6 +91,8 @@ pub struct Pilot {
     driver: Driver,
     leg: Leg,
     route: Route,
+    /// Ends of runs of this route that could not be driven, which the agent does not know yet.
+    blocked: Vec<Cell>,
     /// The last reported cell, and when.
     reported: Option<(Cell, u64)>,
     standing: Standing,
@@ -115,6 +117,7 @@ impl Pilot {
             driver: Driver::new(&settings.motion, map)?,
             leg: Leg::Idle,
             route: Route::default(),
+            blocked: Vec::new(),
             reported: None,
             standing: Standing::default(),
             conditions: Conditions::new(settings.recovery_ns),
@@ -233,6 +236,7 @@ impl Pilot {
             Event::Route(cells) => {
                 let is_stay = cells.is_empty();
                 self.route = Route::new(cells);
+                self.blocked.clear();
                 if is_stay {
                     self.well(&Subject::Path);
                     self.hold(Leg::Holding, actions);
@@ -312,6 +316,7 @@ impl Pilot {
                 Fault::new("failed", &format!("the drive failed: {why}"), &self.numbers(target))
             }
         };
+        self.blocked.push(target);
         self.give_up(fault, actions);
     }
 
@@ -358,6 +363,9 @@ impl Pilot {
             }
         };
         if self.is_worth_reporting(now_ns, cell) {
+            if self.asks_for_another_route() {
+                actions.push(Action::RouteFailed { blocked: std::mem::take(&mut self.blocked) });
+            }
             // The pose was checked above.
             if let Ok((last, seen)) = self.observation(cell, &pose) {
                 self.reported = Some((cell, now_ns));
@@ -402,14 +410,18 @@ impl Pilot {
         let Some((reported, reported_ns)) = self.reported else {
             return self.localization.known_for_ns(now_ns) >= self.settings.initial_scan_ns;
         };
-        if self.leg == Leg::GivenUp && self.settings.on_fault.path == FaultResponse::Continue {
-            // The agent may have another route; it is asked no more often than the vehicle could enter cells.
+        if self.asks_for_another_route() {
+            // It is asked no more often than the vehicle could enter cells.
             return seconds(now_ns.saturating_sub(reported_ns)) >= self.cell_seconds();
         }
         if self.route.enter(cell) {
             return true;
         }
         cell != reported && self.has_left(reported) && self.route.is_left(self.terrain.grid(), cell)
+    }
+
+    fn asks_for_another_route(&self) -> bool {
+        self.leg == Leg::GivenUp && self.settings.on_fault.path == FaultResponse::Continue
     }
 
     /// Whether the vehicle is clearly outside a cell, not on its border.
@@ -481,9 +493,12 @@ impl Pilot {
         let target = run[run.len() - 1];
         let goal = Goal { heading_radians, corridor: Corridor { middles, cell_meters } };
         let action = self.driver.set_out(pose, &goal);
-        action
-            .map(|action| (target, action))
-            .map_err(|error| Fault::new("unreachable", &error.to_string(), &self.numbers(target)))
+        action.map(|action| (target, action)).map_err(|error| {
+            if !drive::is_of_the_start(&error) {
+                self.blocked.push(target);
+            }
+            Fault::new("unreachable", &error.to_string(), &self.numbers(target))
+        })
     }
 
     /// The next run cannot be driven: it is skipped, or the vehicle stands.

@@ -1,4 +1,5 @@
-//! A robot and the operator's zones: it plans around what is closed, and leaves it if it is there.
+//! A robot and ground that the map does not know to be closed: the operator's zones, which it leaves if it is there, and
+//! cells that its vehicle could not enter. It plans around both.
 
 use std::sync::Arc;
 
@@ -31,17 +32,27 @@ impl Agent {
         }
     }
 
+    /// Its vehicle has given up its route, since it could not enter these cells: it decides anew where it stands. Its own
+    /// cell it has entered.
+    pub(super) fn bar(&mut self, now: MissionTime, cells: &[Cell]) {
+        for &cell in cells.iter().filter(|&&cell| self.cell != Some(cell)) {
+            self.barred.add(now, cell);
+        }
+        self.survey();
+        self.plan.clear();
+    }
+
     /// Whether a cell is in a no-go zone.
     pub(super) fn is_closed(&self, cell: Cell) -> bool {
         self.zones.of(cell) == Some(Zone::NoGo)
     }
 
-    /// The map or the zones have changed.
+    /// The map, the zones or the barred cells have changed.
     pub(super) fn survey(&mut self) {
-        self.ground = if self.zones.is_empty() {
-            Arc::clone(&self.config.terrain)
-        } else {
-            Arc::new(self.zones.on(&self.config.terrain))
+        self.ground = match (self.zones.is_empty(), self.barred.is_empty()) {
+            (true, true) => Arc::clone(&self.config.terrain),
+            (false, true) => Arc::new(self.zones.on(&self.config.terrain)),
+            (_, false) => Arc::new(self.barred.on(&self.zones.on(&self.config.terrain))),
         };
         self.home = self.base.filter(|_| self.home.is_some()).map(|base| self.home_to(base));
     }
@@ -52,9 +63,11 @@ impl Agent {
         (if path.is_empty() { Activity::Stuck } else { Activity::Leaving }, path)
     }
 
-    /// A base, or of the cells in reach the nearest to it, as if no-go zones were open.
+    /// A base, or of the cells in reach the nearest to it, as if no-go zones and barred cells were open.
     pub(super) fn haven(&self, base: Cell) -> Cell {
-        let Some(cell) = self.cell.filter(|_| !self.zones.is_empty()) else { return base };
+        let Some(cell) = self.cell.filter(|_| !Arc::ptr_eq(&self.ground, &self.config.terrain)) else {
+            return base;
+        };
         let here = self.way_out(cell).last().copied().unwrap_or(cell);
         let reached = ShortestPathTree::from(&self.ground, self.config.connectivity, here);
         if here == base || reached.length(base).is_finite() {

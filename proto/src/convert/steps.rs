@@ -30,7 +30,7 @@ const NEVER: MissionTime = MissionTime(u64::MAX);
 
 /// An event that does not happen in simulated time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("arrivals, halts and commands do not exist in simulated time: run by the wall clock")]
+#[error("arrivals, failed routes, halts and commands do not exist in simulated time: run by the wall clock")]
 pub struct NotSimulated;
 
 impl TryFrom<&Step> for wire::Step {
@@ -53,7 +53,8 @@ impl TryFrom<&Step> for wire::Step {
                 Self { kind: LOST, sender_robot: robot.number(), ..empty }
             }
             StepEvent::Event(
-                Event::Came
+                Event::RouteFailed { .. }
+                | Event::Came
                 | Event::Commanded(_)
                 | Event::Halted
                 | Event::Released

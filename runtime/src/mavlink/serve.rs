@@ -119,6 +119,9 @@ impl Service {
                     // An agent that is gone receives nothing: the vehicle is about to be stopped.
                     let _ = self.reports.send((None, Event::Sensed { cell, readings })).await;
                 }
+                Effect::RouteFailed { blocked } => {
+                    let _ = self.reports.send((None, Event::RouteFailed { blocked })).await;
+                }
                 Effect::Send(message) => self.link.send(self.encoder.encode(&message)),
                 Effect::Tell(Notice { level: Level::Ok, subject, message }) => {
                     tracing::info!("{subject}: {message}");

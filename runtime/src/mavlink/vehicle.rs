@@ -46,6 +46,8 @@ pub(crate) struct Now {
 pub(crate) enum Effect {
     /// For the agent: the vehicle's cell, and the readings since the last observation.
     Sensed { cell: Cell, readings: Vec<Reading> },
+    /// For the agent: the route is given up; the vehicle could not enter these cells.
+    RouteFailed { blocked: Vec<Cell> },
     /// For the autopilot.
     Send(Box<MavMessage>),
     /// For the log.
@@ -180,6 +182,10 @@ impl Vehicle {
         let event = match action {
             PilotAction::Sensed { cell, readings } => {
                 effects.push(Effect::Sensed { cell, readings });
+                return None;
+            }
+            PilotAction::RouteFailed { blocked } => {
+                effects.push(Effect::RouteFailed { blocked });
                 return None;
             }
             PilotAction::Go(pose) => AutopilotEvent::Go(self.frame.target(&pose)),

@@ -82,6 +82,9 @@ impl Service {
                     // An agent that is gone receives nothing: the vehicle is about to be stopped.
                     let _ = self.reports.send((None, Event::Sensed { cell, readings })).await;
                 }
+                Effect::RouteFailed { blocked } => {
+                    let _ = self.reports.send((None, Event::RouteFailed { blocked })).await;
+                }
                 Effect::MustReturn(must) => {
                     let _ = self.reports.send((None, Event::MustReturn(must))).await;
                 }

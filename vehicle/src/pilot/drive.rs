@@ -195,10 +195,10 @@ impl Lattice {
         // The lattice represents the vehicle only in the center of a square, where a tree may be too near that the
         // vehicle has passed.
         for start in beside(from, self.planner.map().resolution_meters()) {
-            let is_boxed_in = match result {
-                Err(PlanError::NoWay { expansions }) => expansions <= BOXED_IN_EXPANSIONS,
-                Err(PlanError::StartBlocked(..) | PlanError::StartOutside(..)) => true,
-                _ => false,
+            let is_boxed_in = match &result {
+                Err(PlanError::NoWay { expansions }) => *expansions <= BOXED_IN_EXPANSIONS,
+                Err(error) => is_of_the_start(error),
+                Ok(_) => false,
             };
             if !is_boxed_in {
                 break;
@@ -223,6 +223,11 @@ impl Lattice {
         }
         result
     }
+}
+
+/// Whether a plan failed where the vehicle is, wherever it was to go.
+pub(super) const fn is_of_the_start(error: &PlanError) -> bool {
+    matches!(error, PlanError::StartBlocked(..) | PlanError::StartOutside(..))
 }
 
 /// Squares of the lattice's map whose centers lie in a corridor, each once, by index.

@@ -128,6 +128,11 @@ pub enum Action {
         /// Readings since the last observation.
         readings: Vec<Reading>,
     },
+    /// Report to the agent that its route is given up: a cell and its readings follow.
+    RouteFailed {
+        /// The ends of runs that could not be driven.
+        blocked: Vec<Cell>,
+    },
     /// Drive along this path, replacing any earlier one.
     Drive(Plan),
     /// Send this goal to the navigation stack.

@@ -373,9 +373,19 @@ fn check_both_ways(response: FaultResponse) {
     assert!(is_hold(&actions) && drive.path.is_empty(), "there is no other run");
     assert!(message(&actions).contains("no path leads"), "{actions:?}");
     // When it continues, it asks the agent again, by reporting its cell.
-    let asked = sensed(&drive.steps(12));
+    let actions = drive.steps(12);
+    let asked = sensed(&actions);
     assert_eq!(asked.is_empty(), response == FaultResponse::Stop, "{asked:?}");
     assert!(asked.len() <= 2, "no more often than it could enter cells");
+    let failed = actions
+        .iter()
+        .filter_map(|it| if let Action::RouteFailed { blocked } = it { Some(blocked) } else { None });
+    let expected: Vec<Vec<Cell>> = asked
+        .iter()
+        .enumerate()
+        .map(|(time, _)| if time == 0 { cells(&ROUTE[4..]) } else { Vec::new() })
+        .collect();
+    assert_eq!(failed.cloned().collect::<Vec<_>>(), expected, "told once");
     with_front(&mut drive, 4, |_| None);
     let asked = sensed(&drive.steps(12));
     assert_eq!(asked.is_empty(), response == FaultResponse::Stop, "after another fault too");
