@@ -227,6 +227,7 @@ impl Pilot {
             Event::Map(map) => match self.driver.set_map(&map) {
                 Ok(()) => {
                     self.well(&Subject::Map);
+                    self.perception.set_walls(map);
                     self.leg = Leg::Idle;
                 }
                 Err(error) => {

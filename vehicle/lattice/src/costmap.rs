@@ -185,6 +185,44 @@ impl CostMap {
         )
     }
 
+    /// Whether something lethal lies between two positions, meters: on the straight line from one to the other a lethal cell is
+    /// followed by one that is not. What surrounds the first position hides nothing, and what is inside of an obstacle is as
+    /// visible as the side of it that faces the first position. Beyond the map nothing is known to hide.
+    #[must_use]
+    pub fn hides(&self, from_meters: (f64, f64), to_meters: (f64, f64)) -> bool {
+        let mut was_free = false;
+        let mut is_blocked = false;
+        for square in self.squares_between(from_meters, to_meters) {
+            let is_lethal = square.is_some_and(|cell| self.is_lethal(cell));
+            if is_blocked && !is_lethal {
+                return true;
+            }
+            is_blocked = was_free && is_lethal;
+            was_free |= !is_lethal;
+        }
+        false
+    }
+
+    /// The cells that a straight line passes through, in order, `None` beyond the map: the traversal of Amanatides and Woo
+    /// (1987).
+    fn squares_between(&self, from: (f64, f64), to: (f64, f64)) -> impl Iterator<Item = Option<Cell>> + '_ {
+        let place = |meters: f64, origin_meters: f64| (meters - origin_meters) / self.resolution_meters;
+        let (east, north) = self.origin_meters;
+        let mut lines = [
+            Line::new(place(from.0, east), place(to.0, east)),
+            Line::new(place(from.1, north), place(to.1, north)),
+        ];
+        let steps = lines.iter().map(|line| line.steps).sum::<u64>();
+        (0..=steps).map(move |step| {
+            if step > 0 {
+                let [across, up] = &mut lines;
+                if across.next < up.next { across.step() } else { up.step() }
+            }
+            let [across, up] = &lines;
+            self.grid.cell_at(across.square + 0.5, up.square + 0.5)
+        })
+    }
+
     /// Sets the cost of one cell.
     ///
     /// # Errors
@@ -197,10 +235,104 @@ impl CostMap {
     }
 }
 
+/// One coordinate of a straight line over squares with sides of 1.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    /// The lower border of the current square.
+    square: f64,
+    /// Squares to go.
+    steps: u64,
+    /// 1 or -1.
+    direction: f64,
+    /// The part of the line at which it leaves the square, and the part that a square takes.
+    next: f64,
+    part: f64,
+}
+
+impl Line {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "of maps, whose sides are bounded"
+    )]
+    fn new(from: f64, to: f64) -> Self {
+        let square = from.floor();
+        let direction = if to < from { -1.0 } else { 1.0 };
+        let part = 1.0 / (to - from).abs();
+        let left = if direction > 0.0 { square + 1.0 - from } else { from - square };
+        let steps = (to.floor() - square).abs() as u64;
+        // A line along the other axis never leaves.
+        let next = if steps == 0 { f64::INFINITY } else { left * part };
+        Self { square, steps, direction, next, part }
+    }
+
+    fn step(&mut self) {
+        self.square += self.direction;
+        self.steps -= 1;
+        self.next = if self.steps == 0 { f64::INFINITY } else { self.next + self.part };
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mentions::assert_mentions;
+
+    #[test]
+    fn a_wall_hides_what_is_behind_it_and_not_itself() {
+        // Of 1 m squares; the origin is 10 m west and 20 m south.
+        let terrain = Terrain::from_ascii("......\n..#...\n..#...\n..#...\n......", 1.0).unwrap();
+        let costs = CostMap::from_terrain(&terrain, 1).unwrap().costs().to_vec();
+        let map = CostMap::new(terrain.grid(), 1.0, (-10.0, -20.0), costs).unwrap();
+        let check = |from: (f64, f64), to: (f64, f64), expected: bool| {
+            let [from, to] = [from, to].map(|(x, y)| (x - 10.0, y - 20.0));
+            assert_eq!(map.hides(from, to), expected, "{from:?} {to:?}");
+        };
+        check((0.5, 2.5), (1.9, 2.5), false);
+        check((0.5, 2.5), (2.5, 2.5), false);
+        check((0.5, 2.5), (3.1, 2.5), true);
+        check((5.5, 2.5), (0.5, 2.5), true);
+        // Past its end, and across a corner.
+        check((0.5, 0.5), (5.5, 0.5), false);
+        check((0.5, 0.5), (4.5, 0.9), false);
+        check((0.5, 0.5), (4.5, 4.5), true);
+        check((1.5, 4.9), (3.5, 4.1), false);
+        check((2.5, 4.5), (2.5, 0.5), true);
+        // A vehicle that its own map covers still sees.
+        check((2.5, 2.5), (5.5, 2.5), false);
+        check((2.5, 2.5), (2.5, 0.5), false);
+        // Beyond the map, and without a way.
+        check((0.5, 2.5), (-90.0, 2.5), false);
+        check((0.5, 2.5), (0.5, 2.5), false);
+        check((-3.0, 2.5), (9.0, 2.5), true);
+    }
+
+    #[test]
+    fn a_line_passes_through_neighboring_squares_from_end_to_end() {
+        let map = CostMap::new(Grid::new(40, 40).unwrap(), 1.0, (0.0, 0.0), vec![0; 1600]).unwrap();
+        let mut number = 0.0_f64;
+        let mut draw = || {
+            number += 0.618_033_988_749_895;
+            number.fract() * 40.0
+        };
+        for _ in 0..2000 {
+            let (from, to) = ((draw(), draw()), (draw(), draw()));
+            let squares: Vec<Position> =
+                map.squares_between(from, to).map(|cell| map.grid.position(cell.unwrap())).collect();
+            let of = |(x, y): (f64, f64)| map.grid.position(map.cell_at(x, y).unwrap());
+            assert_eq!((squares[0], squares[squares.len() - 1]), (of(from), of(to)));
+            let apart = |pair: &[Position]| {
+                pair[0].row.abs_diff(pair[1].row) + pair[0].column.abs_diff(pair[1].column)
+            };
+            assert!(squares.windows(2).all(|pair| apart(pair) == 1), "{from:?} {to:?} {squares:?}");
+            // None is farther from the line than its corners.
+            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+            for square in squares {
+                let (x, y) = (f64::from(square.column) + 0.5 - from.0, f64::from(square.row) + 0.5 - from.1);
+                assert!((x * dy - y * dx).abs() / dx.hypot(dy) < 0.7072, "{square:?}");
+            }
+        }
+    }
 
     #[test]
     fn a_terrain_is_cut_finer() {

@@ -10,6 +10,7 @@
 
 use std::collections::BTreeMap;
 
+use dragnet_lattice::costmap::CostMap;
 use dragnet_search::cell::{Cell, Offset};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
@@ -55,9 +56,17 @@ pub(super) struct Account {
 
 impl Accounts {
     /// Adds one frame: parts of cells in view without a wall in between, up to one cell farther than the sensor's
-    /// radius, since an observation ends in the next cell. A camera that is not over the map adds nothing. A near
-    /// object is missed with this probability.
-    pub fn add(&mut self, terrain: &Terrain, sensor: &Sensor, view: &View, miss_probability: f64) {
+    /// radius, since an observation ends in the next cell. Walls are those of the terrain, which fill cells, and those of the
+    /// vehicle's own map, if it has one, which may be thinner. A camera that is not over the map adds nothing. A near object is
+    /// missed with this probability.
+    pub fn add(
+        &mut self,
+        terrain: &Terrain,
+        walls: Option<&CostMap>,
+        sensor: &Sensor,
+        view: &View,
+        miss_probability: f64,
+    ) {
         let camera_meters = view.camera().position_meters();
         let Some(from) = spread::cell_at(terrain, camera_meters) else { return };
         let half_diagonal = terrain.cell_meters() / std::f64::consts::SQRT_2;
@@ -73,7 +82,8 @@ impl Accounts {
                 continue;
             }
             for (part, point) in parts(middle, terrain.cell_meters()).enumerate() {
-                if view.shows_ground(point) {
+                let is_hidden = || walls.is_some_and(|walls| walls.hides(pair(camera_meters), pair(point)));
+                if view.shows_ground(point) && !is_hidden() {
                     let range_meters = (point - camera_meters).norm();
                     let missed = missed(range_meters / view.max_range_meters(), miss_probability);
                     self.of(cell).note(part, missed, offset.manhattan());
@@ -193,6 +203,10 @@ impl Account {
 fn missed(range_share: f64, miss_probability: f64) -> f64 {
     let beyond = ((range_share - SURE_SHARE) / (1.0 - SURE_SHARE)).clamp(0.0, 1.0);
     1.0 - (1.0 - miss_probability) * (1.0 - beyond * (1.0 - SHARE_AT_THE_END))
+}
+
+fn pair(point: Vector2<f64>) -> (f64, f64) {
+    (point.x, point.y)
 }
 
 /// The centers of a cell's parts.

@@ -14,7 +14,9 @@ use crate::tracker::frame::Frame;
 use crate::tracker::pose_error::PoseError;
 use crate::tracker::settings::Settings;
 use crate::tracker::track::Track;
+use dragnet_lattice::costmap::{CostMap, LETHAL};
 use dragnet_lattice::plane::bearing_radians;
+use dragnet_search::cell::Grid;
 
 const SECOND: u64 = 1_000_000_000;
 const OPEN: &str =
@@ -98,7 +100,7 @@ fn seen_from(terrain: &Terrain, cameras: &[Camera], vehicle: &Pose, frames: u32)
     let mut accounts = Accounts::default();
     for camera in cameras {
         for _ in 0..frames {
-            accounts.add(terrain, &sensor(), &camera.view(vehicle).unwrap(), 0.2);
+            accounts.add(terrain, None, &sensor(), &camera.view(vehicle).unwrap(), 0.2);
         }
     }
     accounts
@@ -159,7 +161,7 @@ fn parts_out_of_view_stay_possible_however_often_the_rest_was_in_view() {
     let mut accounts = Accounts::default();
     for _ in 0..200 {
         for _ in 0..10 {
-            accounts.add(&terrain, &sensor(), &near.view(&VEHICLE).unwrap(), 0.2);
+            accounts.add(&terrain, None, &sensor(), &near.view(&VEHICLE).unwrap(), 0.2);
         }
         for reading in observation(&terrain, &mut accounts, &[]).readings {
             *reported.entry(reading.cell).or_insert(0.0) -= nats(&reading);
@@ -169,6 +171,36 @@ fn parts_out_of_view_stay_possible_however_often_the_rest_was_in_view() {
     let ahead = terrain.grid().cell(Position { row: 7, column: 4 }).unwrap();
     assert!(reported.get(&own).is_none_or(|&nats| nats < 1.0), "{reported:?}");
     assert!(reported[&ahead] > 10.0, "seen whole: {}", reported[&ahead]);
+}
+
+/// A wall of half a meter across the middle of the cell ahead, as the vehicle's own map has it: what is before it is seen, and
+/// what is behind it is not.
+#[test]
+fn a_wall_thinner_than_a_cell_hides_what_is_behind_it() {
+    let terrain = terrain(OPEN);
+    let cameras = [camera(63.0, 0.0)];
+    let seen = |walls: Option<&CostMap>| {
+        let mut accounts = Accounts::default();
+        for _ in 0..40 {
+            accounts.add(&terrain, walls, &sensor(), &cameras[0].view(&VEHICLE).unwrap(), 0.2);
+        }
+        let seen = observation(&terrain, &mut accounts, &[]);
+        let evidence =
+            seen.readings.iter().map(|reading| (terrain.grid().position(reading.cell), -nats(reading)));
+        evidence.collect::<BTreeMap<Position, f64>>()
+    };
+    let (grid, half) = (Grid::new(180, 180).unwrap(), 0.5);
+    let row_of_wall = |number: usize| number / 180 == 131;
+    let costs = (0..180 * 180).map(|number| if row_of_wall(number) { LETHAL } else { 0 }).collect();
+    let walls = CostMap::new(grid, half, (0.0, 0.0), costs).unwrap();
+    let (open, walled) = (seen(None), seen(Some(&walls)));
+    let at = |row| Position { row, column: 4 };
+    assert!(open[&at(6)] > 3.0 && open[&at(7)] > 3.0, "{open:?}");
+    // The wall stands at 65.5 m: half of row 6 is before it.
+    let half_seen = walled[&at(6)];
+    assert!((half_seen - 2.0_f64.ln()).abs() < 0.01, "{half_seen}");
+    assert!(!walled.contains_key(&at(7)) && !walled.contains_key(&at(8)), "{walled:?}");
+    assert_eq!(walled.get(&at(5)), open.get(&at(5)));
 }
 
 #[test]
@@ -239,7 +271,7 @@ fn emptiness_is_taken_back_when_something_may_be_there() {
     let mut last = first.clone();
     for _ in 0..30 {
         for camera in all_around() {
-            accounts.add(&terrain, &sensor(), &camera.view(&VEHICLE).unwrap(), 0.2);
+            accounts.add(&terrain, None, &sensor(), &camera.view(&VEHICLE).unwrap(), 0.2);
         }
         let seen = observation(&terrain, &mut accounts, &tracks);
         assert!(seen.readings.iter().any(Reading::is_undecided), "the robot has something left to do");

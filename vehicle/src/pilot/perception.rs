@@ -29,6 +29,7 @@ use crate::tracker::frame::Frame;
 use crate::tracker::pose_error::PoseError;
 use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as TrackerError};
 use crate::tracker::track::Track;
+use dragnet_lattice::costmap::CostMap;
 use dragnet_lattice::plane::{Pose, wrapped_radians};
 use false_alarms::FalseAlarms;
 use fixed::FixedDetections;
@@ -46,6 +47,8 @@ pub(super) struct Perception {
     waiting: Waiting,
     finds: Finds,
     accounts: Accounts,
+    /// What hides objects, by the vehicle's own map.
+    walls: Option<CostMap>,
     /// Whether the last observation contained undecided readings.
     has_undecided: bool,
     /// The assigned detections of the frames that the last event has processed.
@@ -100,6 +103,7 @@ impl Perception {
             max_age_ns: settings.camera_timeout_ns,
             finds: Finds::default(),
             accounts: Accounts::default(),
+            walls: None,
             has_undecided: false,
             assigned: Vec::new(),
         })
@@ -107,6 +111,11 @@ impl Perception {
 
     pub(super) const fn finds(&self) -> &Finds {
         &self.finds
+    }
+
+    /// Replaces the vehicle's own map.
+    pub(super) fn set_walls(&mut self, map: CostMap) {
+        self.walls = Some(map);
     }
 
     /// Replaces the cells in which the team has declared objects.
@@ -286,7 +295,8 @@ impl Perception {
         let eye = &mut self.eyes[index];
         eye.fixed.add(head.heading_radians, &detections.bearings_radians);
         eye.false_alarms.add(outcome.born.len(), outcome.confirmed.len());
-        self.accounts.add(terrain, sensor, &frame.view, self.tracker_settings.miss_probability);
+        let missed = self.tracker_settings.miss_probability;
+        self.accounts.add(terrain, self.walls.as_ref(), sensor, &frame.view, missed);
         Ok(())
     }
 
