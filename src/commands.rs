@@ -12,6 +12,7 @@ mod demonstrate;
 mod detect;
 mod doctor;
 mod dry_run;
+mod earlier;
 mod export;
 mod eyes;
 mod forecast;

@@ -87,6 +87,9 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
     if scenario.robots().iter().any(|robot| robot.class.flies) {
         facts.extend(metadata([("flies", of_robots(scenario, |class| class.flies.to_string()))]));
     }
+    if let Some(earlier) = scenario.earlier() {
+        facts.extend(metadata([("continues", earlier.belief.mission.clone())]));
+    }
     if let Some(one) = scenario.one_subject() {
         facts.extend(metadata([(REST_OF_WORLD, one.rest_of_world().to_string())]));
     }
