@@ -33,6 +33,7 @@ mod scenario;
 mod scenarios;
 mod schema;
 mod search;
+mod segments;
 mod settings;
 mod sim;
 mod soak;

@@ -49,6 +49,8 @@ export interface Frame {
   /** Runs of cells in the operator's zones: first cell, number of cells, zone. Absent if nothing has changed. */
   zones?: [number, number, Zone][];
   marked?: MarkFrame[];
+  /** Each segment, the whole search last. Absent if nothing has changed. */
+  segments?: SegmentRow[];
   robots: RobotFrame[];
   declared: Declared[];
   dismissed: Dismissed[];
@@ -124,6 +126,23 @@ export interface MarkFrame {
   pod?: number;
 }
 
+/** How thoroughly a segment was searched. Values that are unknown, or have no meaning for it, are null. */
+export interface SegmentRow {
+  name: string;
+  kind: string;
+  cells: number;
+  area_square_meters: number | null;
+  poa: number;
+  poa_now: number | null;
+  pod: number;
+  pos: number;
+  sweep_width_meters: number | null;
+  track_meters: number | null;
+  effort_square_meters: number | null;
+  /** Effort by area. */
+  coverage: number | null;
+}
+
 /** A command of the operator, the robots that have it, and those of which that is not known. */
 export interface OrderFrame {
   time: number;
@@ -179,6 +198,7 @@ export class Mission {
   orders: OrderFrame[] = [];
   /** The operator's marks that count, in the order in which they were made. */
   marks: MarkFrame[] = [];
+  segments: SegmentRow[] = [];
   isOver = false;
 
   constructor(hello: Hello) {
@@ -205,6 +225,7 @@ export class Mission {
     }
     this.orders = frame.orders ?? this.orders;
     this.marks = frame.marked ?? this.marks;
+    this.segments = frame.segments ?? this.segments;
     if (frame.zones !== undefined) this.zones = zoned(frame.zones);
     this.frame = frame;
   }
