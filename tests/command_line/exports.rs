@@ -39,7 +39,7 @@ fn check_lists_the_drawn_areas() {
         "  no_go \"Pond\": closes 3 cells\n",
         "  prior \"Wood\": POA 70.0 % in 44 cells\n",
         "  rest: POA 30.0 %, spread over 77 cells outside of all areas\n",
-        "drawn.toml: warning: left out: Tent; kinds are search, no_go, prior, last_known_position, start\n",
+        "drawn.toml: warning: left out: Tent; kinds are search, no_go, prior, last_known_position, linear_feature, start\n",
     ] {
         assert!(text.contains(line), "{line}{text}");
     }

@@ -29,11 +29,12 @@ export type Spot = [number, number];
 /** An area or a place drawn on the map, in meters. */
 export interface Area {
   name: string;
-  kind: "search" | "no_go" | "prior" | "last_known_position" | "start";
+  kind: "search" | "no_go" | "prior" | "last_known_position" | "linear_feature" | "start";
   polygons?: Spot[][][];
   lines?: Spot[][];
   at?: Spot;
   spread_meters?: number;
+  quartiles_meters?: number[];
   poa?: number;
 }
 
