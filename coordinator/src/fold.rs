@@ -16,12 +16,14 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
+use dragnet_search::detection::probability_of_detection;
 use dragnet_search::observation::{Observation, RobotId, Source};
 use dragnet_search::terrain::Terrain;
 
 use crate::mission::Record;
 use crate::playback::{Playback, prior_belief};
 use crate::track::Tracks;
+use crate::visits::{Visit, Visits};
 
 /// The state of a mission after its records so far.
 #[derive(Clone, Debug)]
@@ -39,6 +41,7 @@ pub struct MissionFold {
     marks: Marks,
     /// The best picture of each find.
     pictures: BTreeMap<Cell, Arc<Picture>>,
+    visits: Visits,
     /// Of the cells that marks concern: probability that the searches of others would have detected an object.
     pod_of_others: BTreeMap<Cell, f64>,
 }
@@ -73,6 +76,7 @@ impl MissionFold {
             zones: Zones::default(),
             marks: Marks::default(),
             pictures: BTreeMap::new(),
+            visits: Visits::default(),
             pod_of_others: BTreeMap::new(),
         }
     }
@@ -137,7 +141,9 @@ impl MissionFold {
             self.belief.add(reading);
         }
         let Source::Robot(robot) = observation.origin.source else { return Change::default() };
-        let has_moved = self.tracks.at(robot, observation.from, MissionTime(observation.time_ns));
+        let time = MissionTime(observation.time_ns);
+        self.visits.add(self.terrain.grid(), robot, Visit { time, cell: observation.from });
+        let has_moved = self.tracks.at(robot, observation.from, time);
         Change { moved: has_moved.then_some((robot, observation.from)), ..Change::default() }
     }
 
@@ -176,6 +182,12 @@ impl MissionFold {
         &self.tracks
     }
 
+    /// Where robots have observed.
+    #[must_use]
+    pub const fn visits(&self) -> &Visits {
+        &self.visits
+    }
+
     /// The last status.
     #[must_use]
     pub const fn status(&self) -> Option<&MissionStatus> {
@@ -198,6 +210,14 @@ impl MissionFold {
     #[must_use]
     pub fn pod_of_others(&self, cell: Cell) -> f64 {
         self.pod_of_others.get(&cell).copied().unwrap_or(0.0)
+    }
+
+    /// Probability that robots and others would have detected an object in a cell by now, with this detection threshold.
+    #[must_use]
+    pub fn probability_of_detection(&self, cell: Cell, detection_threshold: f64) -> f64 {
+        let (prior, evidence) = (self.belief.prior_log_odds_nats(cell), self.belief.evidence().of(cell));
+        let missed = 1.0 - probability_of_detection(prior, evidence, detection_threshold);
+        1.0 - missed * (1.0 - self.pod_of_others(cell))
     }
 
     /// The operator's verdicts.

@@ -5,6 +5,7 @@
 //!   viewers of a running mission get too; [`recording`]: recording that tolerates a full disk;
 //! - [`inspect`], [`recover`]: inspection and repair of recordings;
 //! - [`playback`]: reads a recording as a list of records; [`fold`]: computes the state of a mission from records;
+//! - [`segment`]: how thoroughly each area was searched, and with which effort; [`visits`]: where robots have observed;
 //! - [`news`]: finds, orders and verdicts that are of now, or were before;
 //! - [`bag`]: recordings made by ROS 2.
 //!
@@ -25,6 +26,8 @@ pub mod playback;
 pub mod record;
 pub mod recording;
 pub mod recover;
+pub mod segment;
 pub mod track;
+pub mod visits;
 
 pub use mcap_file::{Ending, RecordingError};

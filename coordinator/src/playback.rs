@@ -18,6 +18,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::Grid;
 use dragnet_search::one_subject::OneSubject;
 use dragnet_search::reach::Sight;
+use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::terrain::{Ground, Terrain};
 use mcap::records::{MessageHeader, Record as McapRecord};
 
@@ -26,10 +27,12 @@ use crate::mcap_file::{Ending, RecordingError, chunk};
 use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
 use crate::record::{
-    AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, MISSION_TIME, REST_OF_WORLD, RUN_METADATA,
-    SCENARIO_ATTACHMENT, SUMMARY_METADATA,
+    AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD,
+    RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA,
 };
 
+/// For recordings without a detection threshold.
+const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
 /// For a recording whose areas are lost.
 const NO_AREAS: &str = r#"{"type":"FeatureCollection","features":[]}"#;
 
@@ -79,6 +82,22 @@ impl Playback {
         let sight =
             |(radius, flies)| if flies { Sight::from_above(radius) } else { Sight::on_ground(radius) };
         Some(radii.into_iter().zip(flies).map(sight).collect())
+    }
+
+    /// The sensor of each robot, if the recording says it.
+    #[must_use]
+    pub fn sensors(&self) -> Option<Vec<Sensor>> {
+        let radii: Vec<u32> = self.of_robots("sensor_radius")?;
+        let variances: Vec<f64> = self.of_robots(NOISE_VARIANCE)?;
+        let sensor = |(radius, variance)| Sensor::new(radius, variance, Noise::Gaussian).ok();
+        radii.into_iter().zip(variances).map(sensor).collect()
+    }
+
+    /// The detection threshold, or the usual one in recordings without it.
+    #[must_use]
+    pub fn detection_threshold(&self) -> f64 {
+        let threshold = self.run.get("detection_threshold").and_then(|text| text.parse().ok());
+        threshold.unwrap_or(DEFAULT_DETECTION_THRESHOLD)
     }
 
     /// That exactly one object is sought, if the mission says so.

@@ -83,6 +83,8 @@ pub const MISSION_TIME: &str = "mission_time_s";
 /// Name within `run` of the prior probability that the one subject is outside of the searched cells, if exactly one is
 /// sought; within `summary` of the same probability at the end.
 pub const REST_OF_WORLD: &str = "rest_of_world";
+/// Fact of the run: the variance of a reading at a distance of one cell, of each robot.
+pub const NOISE_VARIANCE: &str = "noise_variance";
 /// Name within `summary` of the probability at the end that the one subject is in a declared cell.
 pub const SUCCESS: &str = "pos";
 

@@ -1,12 +1,12 @@
 //! The state of a recorded mission at a time, with its position on the earth.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use dragnet_coordinator::finds::Find;
 use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
+use dragnet_coordinator::segment::{SegmentRow, Segments};
 use dragnet_coordinator::track::Track;
 use dragnet_proto::marks::Marks;
 use dragnet_proto::message::Detection;
@@ -15,10 +15,9 @@ use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
-use dragnet_search::detection::probability_of_detection;
 use dragnet_search::mark::{Clue, Searched};
-use dragnet_search::observation::{RobotId, Source};
-use dragnet_search::one_subject::{Standing, SubjectPosterior};
+use dragnet_search::observation::RobotId;
+use dragnet_search::one_subject::Standing;
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
 use geo::{MultiLineString, MultiPolygon};
@@ -26,8 +25,10 @@ use geo::{MultiLineString, MultiPolygon};
 use crate::ExportError;
 use crate::bands::region;
 
-/// Detection threshold and speed for recordings without them.
-const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
+pub use dragnet_coordinator::segment::Coverage;
+pub use dragnet_coordinator::visits::Visit;
+
+/// Speed for recordings without it.
 const USUAL_SPEED_METERS_PER_SECOND: f64 = 2.0;
 
 /// The state of a recorded mission at a time.
@@ -62,19 +63,12 @@ pub struct Account {
     /// The drawn areas, and how thoroughly each was searched if robots can enter it and a cell of it is searched; and last
     /// the no-go zone by the operator's order, if there is one.
     pub areas: Vec<(Area, Option<Coverage>)>,
+    /// The numbers of all areas that were searched, and of the whole search last.
+    pub segments: Vec<SegmentRow>,
     /// The posterior of the one subject by which cells are declared, if exactly one is sought.
     pub subject: Option<Standing>,
     /// Speed of a robot.
     speeds_meters_per_second: Vec<f64>,
-}
-
-/// A robot in a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Visit {
-    /// By the robot's clock.
-    pub time: MissionTime,
-    /// The cell.
-    pub cell: Cell,
 }
 
 /// The plan of a robot.
@@ -84,28 +78,6 @@ pub struct Plan {
     pub from: Cell,
     /// Cells that it enters, in order; at least one.
     pub path: Vec<Cell>,
-}
-
-/// How thoroughly an area was searched.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coverage {
-    /// Number of its searched cells.
-    pub cells: usize,
-    /// Probability of area: that an object is here, 0 to 1. As drawn; for a search area by the prior.
-    pub poa: f64,
-    /// Probability of detection: the mean over its cells, weighted by the probability that the area's object is there.
-    pub pod: f64,
-    /// Probability that the one subject is inside now, 0 to 1, if exactly one is sought; `None` for a last known position,
-    /// which has no border.
-    pub now: Option<f64>,
-}
-
-impl Coverage {
-    /// Probability of success, `POA POD`.
-    #[must_use]
-    pub fn pos(&self) -> f64 {
-        self.poa * self.pod
-    }
 }
 
 impl Account {
@@ -127,25 +99,22 @@ impl Account {
             fold.take(record);
         }
         let until = until.unwrap_or_else(|| playback.searched_until());
-        let number = |name: &str| playback.run.get(name).and_then(|text| text.parse::<f64>().ok());
-        let detection_threshold = number("detection_threshold").unwrap_or(DEFAULT_DETECTION_THRESHOLD);
+        let detection_threshold = playback.detection_threshold();
         let pod = fold.pod(detection_threshold);
         let frame = earth.frame;
         let subject = playback.one_subject().map(|one| one.posterior(fold.mission.belief()));
-        let weigh = Weigh {
-            prior: &fold.prior_probability(),
-            pod: &pod,
-            now: subject.as_ref().map(SubjectPosterior::probabilities),
-            expected: earth.expected_objects,
-        };
+        let sensors = playback.sensors().unwrap_or_default();
+        let segments =
+            Segments::new(Some(&earth), &fold.mission, subject.is_some(), detection_threshold, sensors);
+        let table = segments.table(&fold.mission, &pod, subject.as_ref());
         let terrain = fold.mission.terrain().clone();
-        let coverages = weigh.areas(&earth.areas, &frame, &terrain);
         let declared: BTreeSet<Cell> = fold.mission.declared().iter().map(|object| object.cell).collect();
         let reach = fold.reach(&playback.sights().unwrap_or_default());
         let standing =
             subject.as_ref().map(|it| it.standing(&terrain, &reach, |cell| declared.contains(&cell)));
         let closed = closed(fold.mission.zones(), &terrain, &frame).map(|area| (area, None));
-        let areas = earth.areas.into_iter().zip(coverages).chain(closed).collect();
+        let rows = segments.rows(&table);
+        let areas = earth.areas.into_iter().zip(table.areas).chain(closed).collect();
         Ok(Self {
             name: playback.run.get("scenario").cloned().unwrap_or_else(|| "recording".to_owned()),
             start_unix_ns: playback.start_unix_ns,
@@ -156,9 +125,10 @@ impl Account {
             verdicts: fold.mission.verdicts().clone(),
             marks: fold.mission.marks().clone(),
             plans: fold.plans(),
-            total: weigh.cells(terrain.searched_cells().map(|cell| (cell, 1.0))),
+            total: table.total,
+            segments: rows,
             areas,
-            tracks: fold.visits,
+            tracks: fold.mission.visits().robots().map(|(robot, it)| (robot, it.to_vec())).collect(),
             terrain,
             pod,
             subject: standing,
@@ -232,32 +202,22 @@ pub(crate) fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Ear
 /// The state while reading a recording.
 struct Fold {
     mission: MissionFold,
-    visits: BTreeMap<RobotId, Vec<Visit>>,
 }
 
 impl Fold {
     fn new(playback: &Playback) -> Self {
-        Self { mission: MissionFold::of(playback), visits: BTreeMap::new() }
+        Self { mission: MissionFold::of(playback) }
     }
 
     fn take(&mut self, record: &Record) {
         self.mission.take(record);
-        if let Record::Observation(observation) = record
-            && let Source::Robot(robot) = observation.origin.source
-        {
-            let visit = Visit { time: MissionTime(observation.time_ns), cell: observation.from };
-            let visits = self.visits.entry(robot).or_default();
-            // Repaired observations arrive late.
-            let at = visits.partition_point(|known| known.time <= visit.time);
-            visits.insert(at, visit);
-        }
     }
 
     /// What robots of these sights can observe; everything without them, as in older recordings.
     fn reach(&self, sights: &[Sight]) -> Reach {
         let terrain = self.mission.terrain();
         let mut reach = Reach::unknown(terrain.grid());
-        for (robot, visits) in &self.visits {
+        for (robot, visits) in self.mission.visits().robots() {
             let Some(&sight) = sights.get(robot.index()) else { continue };
             for visit in visits {
                 reach.add_robot(terrain, sight, visit.cell);
@@ -281,78 +241,9 @@ impl Fold {
         self.mission.tracks().robots().filter_map(plan).collect()
     }
 
-    fn prior_probability(&self) -> Vec<f64> {
-        let belief = self.mission.belief();
-        self.mission.terrain().grid().cells().map(|cell| belief.prior_probability(cell)).collect()
-    }
-
     fn pod(&self, detection_threshold: f64) -> Vec<f64> {
-        let belief = self.mission.belief();
-        let of = |cell| {
-            let (prior, evidence) = (belief.prior_log_odds_nats(cell), belief.evidence().of(cell));
-            let missed = 1.0 - probability_of_detection(prior, evidence, detection_threshold);
-            1.0 - missed * (1.0 - self.mission.pod_of_others(cell))
-        };
+        let of = |cell| self.mission.probability_of_detection(cell, detection_threshold);
         self.mission.terrain().grid().cells().map(of).collect()
-    }
-}
-
-/// Computes the coverage of areas.
-struct Weigh<'a> {
-    prior: &'a [f64],
-    pod: &'a [f64],
-    /// Posterior of the one subject.
-    now: Option<&'a [f64]>,
-    /// Total number of expected objects.
-    expected: f64,
-}
-
-impl Weigh<'_> {
-    /// The coverage of each area that robots can enter and that touches a searched cell. A cell that several search
-    /// areas touch belongs to each by the share that it covers.
-    fn areas(&self, areas: &[Area], frame: &Georeference, terrain: &Terrain) -> Vec<Option<Coverage>> {
-        let shares: Vec<Option<Vec<(Cell, f64)>>> =
-            areas.iter().map(|area| shares(area, frame, terrain)).collect();
-        let mut searched = vec![0.0; self.prior.len()];
-        for (area, shares) in areas.iter().zip(&shares) {
-            if matches!(area.purpose, Purpose::Search(_)) {
-                shares.iter().flatten().for_each(|(cell, share)| searched[cell.index()] += share);
-            }
-        }
-        let coverage = |(area, shares): (&Area, Option<Vec<(Cell, f64)>>)| {
-            let shares = shares?;
-            Some(match area.purpose.poa() {
-                Some(poa) => {
-                    let sum: f64 = shares.iter().map(|(_, share)| share).sum();
-                    let detected: f64 =
-                        shares.iter().map(|(cell, share)| share * self.pod[cell.index()]).sum();
-                    let is_region = matches!(area.purpose, Purpose::Prior { .. });
-                    let now = self.now.filter(|_| is_region);
-                    let now =
-                        now.map(|now| shares.iter().map(|(cell, share)| share * now[cell.index()]).sum());
-                    Coverage { cells: shares.len(), poa, pod: detected / sum, now }
-                }
-                None => {
-                    self.cells(shares.iter().map(|&(cell, share)| (cell, share / searched[cell.index()])))
-                }
-            })
-        };
-        areas.iter().zip(shares).map(coverage).collect()
-    }
-
-    /// Cells with the share of each that counts.
-    fn cells(&self, cells: impl Iterator<Item = (Cell, f64)>) -> Coverage {
-        let (mut count, mut mass, mut detected, mut now) = (0, 0.0, 0.0, 0.0);
-        for (cell, share) in cells {
-            let held = share * self.prior[cell.index()];
-            count += 1;
-            mass += held;
-            detected += held * self.pod[cell.index()];
-            now += self.now.map_or(0.0, |now| share * now[cell.index()]);
-        }
-        let share = |part: f64, whole: f64| if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 };
-        let now = self.now.map(|_| now);
-        Coverage { cells: count, poa: share(mass, self.expected), pod: share(detected, mass), now }
     }
 }
 
@@ -364,12 +255,4 @@ pub(crate) fn closed(zones: &Zones, terrain: &Terrain, frame: &Georeference) -> 
     let region = region(terrain, frame, &is_closed);
     let purpose = Purpose::NoGo(region, MultiLineString::new(Vec::new()));
     Some(Area { name: "No-go by order".to_owned(), purpose })
-}
-
-/// The share of each searched cell that an area covers, or for a place its weight there; all above 0.
-fn shares(area: &Area, frame: &Georeference, terrain: &Terrain) -> Option<Vec<(Cell, f64)>> {
-    if matches!(area.purpose, Purpose::NoGo(..)) {
-        return None;
-    }
-    area.weights(Path::new("areas.geojson"), frame, terrain).ok().map(|weights| weights.shares)
 }

@@ -207,9 +207,7 @@ fn cleared(writer: &mut Document, band: &Band) -> io::Result<()> {
 fn area(writer: &mut Document, area: &Area, coverage: Option<&Coverage>) -> io::Result<()> {
     placemark(writer, &area.name, |writer| {
         let mut facts = vec![("kind", area.purpose.word().to_owned())];
-        if let Purpose::LastKnownPosition { spread_meters, .. } = &area.purpose {
-            facts.push(("spread_meters", spread_meters.to_string()));
-        }
+        facts.extend(area.purpose.distances());
         if let Some(coverage) = coverage {
             facts.push(("poa", coverage.poa.to_string()));
             facts.push(("pod", coverage.pod.to_string()));
@@ -220,10 +218,10 @@ fn area(writer: &mut Document, area: &Area, coverage: Option<&Coverage>) -> io::
         data(writer, &facts)?;
         match &area.purpose {
             Purpose::LastKnownPosition { point: place, .. } | Purpose::Start(place) => point(writer, *place),
-            Purpose::NoGo(region, lines) if !lines.0.is_empty() => {
+            other if !other.lines().is_empty() => {
                 writer.create_element("MultiGeometry").write_inner_content(|writer| {
-                    region.iter().try_for_each(|it| polygon(writer, it))?;
-                    lines.iter().try_for_each(|line| {
+                    other.polygons().iter().try_for_each(|it| polygon(writer, it))?;
+                    other.lines().iter().try_for_each(|line| {
                         writer
                             .create_element("LineString")
                             .write_inner_content(|writer| line_coordinates(writer, line))?;

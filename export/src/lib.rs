@@ -2,7 +2,7 @@
 //!
 //! - [`account`]: the state of a recorded mission at a time: finds, tracks, plans and the probability of detection of
 //!   each cell;
-//! - [`geojson`], [`kml`], [`gpx`], [`plan`]: an account as the text of a file. The same account gives the same bytes;
+//! - [`geojson`], [`kml`], [`gpx`], [`plan`], [`csv`]: an account as the text of a file. The same account gives the same bytes;
 //! - [`cot`]: a running mission as events of Cursor on Target;
 //! - [`belief`]: what a recorded mission believed, as the prior of the next one.
 
@@ -10,6 +10,7 @@ pub mod account;
 mod bands;
 pub mod belief;
 pub mod cot;
+pub mod csv;
 mod error;
 pub mod geojson;
 pub mod gpx;

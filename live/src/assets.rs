@@ -71,6 +71,7 @@ assets! {
     "/player.js", "text/javascript; charset=utf-8", "dist/player.js";
     "/raster.js", "text/javascript; charset=utf-8", "dist/raster.js";
     "/readout.js", "text/javascript; charset=utf-8", "dist/readout.js";
+    "/segments.js", "text/javascript; charset=utf-8", "dist/segments.js";
     "/sound.js", "text/javascript; charset=utf-8", "dist/sound.js";
     "/spread.js", "text/javascript; charset=utf-8", "dist/spread.js";
     "/status.js", "text/javascript; charset=utf-8", "dist/status.js";

@@ -3,6 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use dragnet_coordinator::finds::Find;
+use dragnet_coordinator::segment::SegmentRow;
 use dragnet_proto::directive::TeamOrder;
 use dragnet_proto::marks::{MarkId, Marked, Marks};
 use dragnet_proto::orders::{NumberedOrder, RobotOrder};
@@ -112,6 +113,9 @@ pub struct Frame {
     /// The operator's marks that count, in the order in which they were made. Absent if nothing has changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marked: Option<Vec<MarkFrame>>,
+    /// How thoroughly each segment was searched, and the whole search last. Absent if nothing has changed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub segments: Option<Vec<SegmentRow>>,
     /// Robots, by number.
     pub robots: Vec<RobotFrame>,
     /// Declared objects.
@@ -272,6 +276,7 @@ pub struct Shown {
     orders: Option<Vec<OrderFrame>>,
     zones: Option<Zones>,
     marks: Option<Marks>,
+    segments: Option<Vec<SegmentRow>>,
 }
 
 /// The belief in a cell, in 255 steps of its log-odds from [`LEAST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
@@ -318,6 +323,7 @@ impl Frame {
             out_of_reach: out_of_reach(view, added, &mut shown.reach),
             zones: zones(view, &mut shown.zones),
             marked: marked(view, &mut shown.marks),
+            segments: segments(view, subject.as_ref(), &mut shown.segments),
             robots: robots(view, &mut shown.steps),
             declared: declared(view, subject.as_ref()),
             dismissed: dismissed(view),
@@ -339,6 +345,18 @@ impl Frame {
             curve: if is_whole { view.curve().to_vec() } else { Vec::new() },
         }
     }
+}
+
+fn segments(
+    view: &View,
+    subject: Option<&SubjectPosterior>,
+    shown: &mut Option<Vec<SegmentRow>>,
+) -> Option<Vec<SegmentRow>> {
+    let rows = view.segments(subject);
+    if shown.as_deref() == Some(rows) {
+        return None;
+    }
+    Some(shown.insert(rows.to_vec()).clone())
 }
 
 /// The levels of all cells, or those that have changed.

@@ -1,6 +1,6 @@
 //! Where a map lies on the earth, and the areas drawn on it, as a page shows them.
 
-use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
+use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose, Spread};
 use serde::Serialize;
 
 /// A point of the map: meters east and north of its south-western corner.
@@ -27,7 +27,7 @@ pub struct AreaFrame {
     /// Polygons, each an outer ring and its holes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub polygons: Vec<Vec<Vec<MapPoint>>>,
-    /// Lines that robots do not cross.
+    /// Lines: those that robots do not cross, and linear features.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<Vec<MapPoint>>,
     /// The place, if it is one.
@@ -36,6 +36,9 @@ pub struct AreaFrame {
     /// Standard deviation of a last known position, meters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spread_meters: Option<f64>,
+    /// Distances within which 25, 50, 75 and 95 % are found, meters, of a place or a linear feature.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quartiles_meters: Option<[f64; 4]>,
     /// Probability of area, 0 to 1, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poa: Option<f64>,
@@ -69,26 +72,26 @@ impl AreaFrame {
             let rings = std::iter::once(polygon.exterior()).chain(polygon.interiors());
             rings.map(|ring| ring.coords().map(|&corner| meters(frame, corner.into())).collect()).collect()
         });
-        let (lines, at, spread_meters) = match &area.purpose {
-            Purpose::NoGo(_, lines) => {
-                let lines = lines
-                    .iter()
-                    .map(|line| line.coords().map(|&corner| meters(frame, corner.into())).collect());
-                (lines.collect(), None, None)
-            }
-            Purpose::LastKnownPosition { point, spread_meters, .. } => {
-                (Vec::new(), Some(meters(frame, *point)), Some(*spread_meters))
-            }
-            Purpose::Start(point) => (Vec::new(), Some(meters(frame, *point)), None),
-            Purpose::Search(_) | Purpose::Prior { .. } => (Vec::new(), None, None),
+        let lines = area.purpose.lines().iter();
+        let lines = lines.map(|line| line.coords().map(|&corner| meters(frame, corner.into())).collect());
+        let at = match &area.purpose {
+            Purpose::LastKnownPosition { point, .. } | Purpose::Start(point) => Some(meters(frame, *point)),
+            _ => None,
+        };
+        let (spread_meters, quartiles_meters) = match &area.purpose {
+            Purpose::LastKnownPosition { spread: Spread::Normal(meters), .. } => (Some(*meters), None),
+            Purpose::LastKnownPosition { spread: Spread::Quartiles(quartiles), .. }
+            | Purpose::LinearFeature { quartiles, .. } => (None, Some(quartiles.meters())),
+            _ => (None, None),
         };
         Self {
             name: area.name.clone(),
             kind: area.purpose.word(),
             polygons: polygons.collect(),
-            lines,
+            lines: lines.collect(),
             at,
             spread_meters,
+            quartiles_meters,
             poa: area.purpose.poa(),
         }
     }

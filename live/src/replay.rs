@@ -11,9 +11,6 @@ use dragnet_search::observation::RobotId;
 
 use crate::view::{About, View};
 
-/// Detection threshold for recordings without one.
-const DEFAULT_DETECTION_THRESHOLD: f64 = 0.95;
-
 /// The facts about a recorded mission.
 #[must_use]
 pub fn about(playback: &Playback) -> About {
@@ -24,11 +21,10 @@ pub fn about(playback: &Playback) -> About {
         terrain: Arc::clone(&playback.terrain),
         prior: playback.prior.clone(),
         sights: playback.sights().unwrap_or_default(),
+        sensors: playback.sensors().unwrap_or_default(),
         speeds_meters_per_second: playback.of_robots("speed_meters_per_second").unwrap_or_default(),
         one_subject: playback.one_subject(),
-        detection_threshold: fact("detection_threshold")
-            .and_then(|threshold| threshold.parse().ok())
-            .unwrap_or(DEFAULT_DETECTION_THRESHOLD),
+        detection_threshold: playback.detection_threshold(),
         team: RobotId::first(robots).collect(),
         objects: objects(playback),
         earth: playback.earth.clone(),

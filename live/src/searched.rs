@@ -2,7 +2,6 @@
 
 use dragnet_coordinator::fold::MissionFold;
 use dragnet_search::cell::Cell;
-use dragnet_search::detection::probability_of_detection;
 
 /// The probability of detection of each cell, and of the whole search.
 ///
@@ -12,7 +11,7 @@ use dragnet_search::detection::probability_of_detection;
 pub(crate) struct Searched {
     detection_threshold: f64,
     /// Shape `[cells]`, 0 to 1.
-    pod: Vec<f32>,
+    pod: Vec<f64>,
     /// Sum of the prior probabilities.
     mass: f64,
     /// Sum of prior probability times probability of detection.
@@ -36,21 +35,23 @@ impl Searched {
     }
 
     /// Takes up the evidence of these cells.
-    #[expect(clippy::cast_possible_truncation, reason = "a page shows percent")]
     pub(crate) fn update(&mut self, fold: &MissionFold, cells: &[Cell]) {
         let belief = fold.belief();
         for &cell in cells {
-            let (prior_nats, evidence) = (belief.prior_log_odds_nats(cell), belief.evidence().of(cell));
-            let missed = 1.0 - probability_of_detection(prior_nats, evidence, self.detection_threshold);
-            let pod = (1.0 - missed * (1.0 - fold.pod_of_others(cell))) as f32;
+            let pod = fold.probability_of_detection(cell, self.detection_threshold);
             let before = std::mem::replace(&mut self.pod[cell.index()], pod);
-            self.detected += belief.prior_probability(cell) * f64::from(pod - before);
+            self.detected += belief.prior_probability(cell) * (pod - before);
         }
     }
 
     /// The probability of detection of a cell.
-    pub(crate) fn pod(&self, cell: Cell) -> f32 {
+    pub(crate) fn pod(&self, cell: Cell) -> f64 {
         self.pod[cell.index()]
+    }
+
+    /// The probability of detection of each cell, shape `[cells]`.
+    pub(crate) fn pods(&self) -> &[f64] {
+        &self.pod
     }
 
     /// The probability of detection of the whole search: the mean over its cells, weighted by their prior.

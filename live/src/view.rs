@@ -5,13 +5,14 @@
 //! shows: trails, the curve, and message rates.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use dragnet_coordinator::ending::Resting;
 use dragnet_coordinator::finds::Finders;
 use dragnet_coordinator::fold::{Change, MissionFold};
 use dragnet_coordinator::mission::Record;
+use dragnet_coordinator::segment::{SegmentRow, Segments};
 use dragnet_coordinator::track::Track;
 use dragnet_proto::message::{Activity, Detection, Heartbeat, MissionStatus};
 use dragnet_proto::orders::RobotOrder;
@@ -23,6 +24,7 @@ use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, RobotId, Source};
 use dragnet_search::one_subject::{OneSubject, Standing, SubjectPosterior};
 use dragnet_search::reach::{Reach, Sight};
+use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
 use crate::curve::Curve;
@@ -46,6 +48,8 @@ pub struct About {
     /// What each robot sees from where, by [`RobotId::index`]; empty for older recordings, and then no cell is shown as
     /// out of reach.
     pub sights: Vec<Sight>,
+    /// The sensor of each robot, by [`RobotId::index`]; empty for older recordings, and then the effort is unknown.
+    pub sensors: Vec<Sensor>,
     /// The speed of each robot, by [`RobotId::index`]; empty for older recordings.
     pub speeds_meters_per_second: Vec<f64>,
     /// That exactly one object is sought, if so.
@@ -69,6 +73,7 @@ impl About {
             terrain: Arc::new(scenario.terrain().clone()),
             prior: Self::prior_of(scenario.terrain(), scenario.prior()),
             sights: scenario.robots().iter().map(|robot| robot.class.sight()).collect(),
+            sensors: scenario.robots().iter().map(|robot| robot.class.sensor.as_ref().clone()).collect(),
             speeds_meters_per_second: scenario
                 .robots()
                 .iter()
@@ -80,6 +85,12 @@ impl About {
             objects,
             earth: scenario.earth(),
         }
+    }
+
+    /// The segments of the mission.
+    fn segments(&self, fold: &MissionFold) -> Segments {
+        let (is_for_one, sensors) = (self.one_subject.is_some(), self.sensors.clone());
+        Segments::new(self.earth.as_ref(), fold, is_for_one, self.detection_threshold, sensors)
     }
 
     /// The prior of a belief in the form of [`About::prior`].
@@ -101,6 +112,9 @@ pub struct View {
     robots: BTreeMap<RobotId, Walk>,
     entropy_nats: f64,
     searched: Searched,
+    segments: Segments,
+    /// What they are now, computed once for all viewers when it is asked for.
+    segment_rows: OnceLock<Vec<SegmentRow>>,
     finders: Finders,
     curve: Curve,
     observations: u64,
@@ -168,6 +182,8 @@ impl View {
             entropy_nats: fold.belief().entropy_nats(&about.terrain),
             now: MissionTime::START,
             searched: Searched::new(&fold, about.detection_threshold),
+            segments: about.segments(&fold),
+            segment_rows: OnceLock::new(),
             finders: Finders::new(about.detection_threshold),
             robots: about.team.iter().map(|&robot| (robot, Walk::default())).collect(),
             curve: Curve::default(),
@@ -197,9 +213,18 @@ impl View {
         let Change { moved, added, marked, .. } = self.fold.take(record);
         self.entropy_nats += self.entropy_of(&seen) - before + self.entropy_of(&added);
         self.searched.add(&self.fold, added.iter().copied());
+        if !added.is_empty() {
+            self.segments.cover(self.fold.terrain());
+        }
         self.searched.update(&self.fold, &[seen, added].concat());
         if !marked.is_empty() {
             self.mark(&marked);
+        }
+        if matches!(
+            record,
+            Record::Observation(_) | Record::Status(_) | Record::Verdicts(_) | Record::Marks(_)
+        ) {
+            self.segment_rows = OnceLock::new();
         }
         if let Some((robot, cell)) = moved {
             self.walk(robot, cell);
@@ -362,9 +387,17 @@ impl View {
 
     /// The probability of detection of a cell, 0 to 1; `None` if it was never observed.
     #[must_use]
-    pub fn pod(&self, cell: Cell) -> Option<f32> {
+    pub fn pod(&self, cell: Cell) -> Option<f64> {
         let is_seen = self.belief().evidence().of(cell).precision > 0 || self.searched.pod(cell) > 0.0;
         (is_seen && self.terrain().is_searched(cell)).then(|| self.searched.pod(cell))
+    }
+
+    /// How thoroughly each segment was searched, and the whole search last, with the posterior of the one subject, if
+    /// exactly one is sought.
+    #[must_use]
+    pub fn segments(&self, subject: Option<&SubjectPosterior>) -> &[SegmentRow] {
+        let table = || self.segments.table(&self.fold, self.searched.pods(), subject);
+        self.segment_rows.get_or_init(|| self.segments.rows(&table()))
     }
 
     /// The probability of detection of the whole search: the mean over its cells, weighted by their prior.

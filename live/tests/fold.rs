@@ -11,6 +11,7 @@ use dragnet_coordinator::mission::{CoordinatorConfig, Mission, Record};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::record::{Header, Recorder};
+use dragnet_coordinator::segment::{self, SegmentRow};
 use dragnet_live::ask::Ask;
 use dragnet_live::frame::{Frame, Hello, OrderFrame, Shown};
 use dragnet_live::replay::{Replay, about};
@@ -90,7 +91,13 @@ fn play() -> Played {
     let scenario = Scenario::from_text(&folder.path().join("a.toml"), SCENARIO.to_owned()).unwrap();
     let file = folder.path().join("a.mcap");
     let agent_config = CoordinatorConfig::of(&scenario);
-    let run = [("scenario", "a"), ("robots", "2"), ("detection_threshold", "0.95"), ("sensor_radius", "1")];
+    let run = [
+        ("scenario", "a"),
+        ("robots", "2"),
+        ("detection_threshold", "0.95"),
+        ("sensor_radius", "1"),
+        ("noise_variance", "0.005"),
+    ];
     let header = Header {
         start_unix_ns: 946_684_800_000_000_000,
         terrain: Arc::clone(&agent_config.terrain),
@@ -162,6 +169,7 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         terrain: Arc::new(scenario.terrain().clone()),
         prior: About::prior_of(scenario.terrain(), scenario.prior()),
         sights: about(&playback).sights,
+        sensors: about(&playback).sensors,
         speeds_meters_per_second: about(&playback).speeds_meters_per_second,
         one_subject: scenario.one_subject(),
         detection_threshold: scenario.mission().detection_threshold,
@@ -207,6 +215,26 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         shown.iter().any(|frame| frame.contains("\"note\":\"withdrawn\""))
             && !shown[60].contains("\"withdrawn\"")
     );
+}
+
+#[test]
+fn the_segments_of_the_page_are_those_of_exports() {
+    let Played { playback, .. } = play();
+    let expected = segment::rows_of(&playback);
+    let mut replay = Replay::new(Arc::new(playback));
+    let before = Frame::next(replay.view(), &mut Shown::default()).segments.unwrap();
+    replay.seek(replay.end());
+    let mut shown = Shown::default();
+    let given = Frame::next(replay.view(), &mut shown).segments.unwrap();
+    assert_eq!(given, expected);
+    let total = |rows: &[SegmentRow]| rows.last().unwrap().clone();
+    let (before, total) = (total(&before), total(&given));
+    assert!(
+        total.name == "in all" && total.pod > before.pod && total.coverage > before.coverage,
+        "{total:?}"
+    );
+    assert!(total.track_meters.unwrap() > 0.0 && total.sweep_width_meters.unwrap() > 0.0, "{total:?}");
+    assert_eq!(Frame::next(replay.view(), &mut shown).segments, None, "nothing has changed");
 }
 
 #[test]
@@ -272,7 +300,7 @@ fn the_searched_layer_is_the_probability_of_detection() {
         let is_marked = cell == added[0] || cell.number() == 17;
         let expected = if is_marked { 1.0 - (1.0 - by_robots) * 0.3 } else { by_robots };
         match view.pod(cell) {
-            Some(pod) => assert!((f64::from(pod) - expected).abs() < 1e-6, "{pod} {expected}"),
+            Some(pod) => assert!((pod - expected).abs() < 1e-6, "{pod} {expected}"),
             None => unseen += 1,
         }
         assert_eq!(view.pod(cell).is_some(), evidence.precision > 0 || is_marked);

@@ -38,6 +38,10 @@ pub struct Common {
     /// Text of the scenario, instead of the file's; files that it names are relative to that file.
     #[serde(default)]
     pub scenario_text: Option<String>,
+    /// What an earlier search believed in the end, the prior where both search: its recording (`.mcap`) or a belief file
+    /// (`.belief.json`), relative to this file; the same in all processes of a mission.
+    #[serde(default)]
+    pub prior_from: Option<PathBuf>,
     /// Mission seconds per second, 0.001 to 10000; the same in all processes of a mission.
     #[serde(default = "one")]
     pub real_time_factor: f64,
@@ -420,12 +424,17 @@ impl Common {
         check_real_time_factor(self.real_time_factor).map_err(failed)?;
         let mission = self.mission.parse().map_err(|error| failed(format!("common.mission: {error}")))?;
         self.zenoh.check("common.zenoh", file).map_err(failed)?;
-        let path = file.parent().unwrap_or(Path::new("")).join(&self.scenario);
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let path = folder.join(&self.scenario);
         let scenario = match &self.scenario_text {
             Some(text) => Scenario::from_text(&path, text.clone()),
             None => Scenario::load(&path),
         };
-        let scenario = scenario.map_err(|error| failed(error.to_string()))?;
+        let mut scenario = scenario.map_err(|error| failed(error.to_string()))?;
+        if let Some(earlier) = &self.prior_from {
+            scenario = crate::earlier::continuing(&scenario, &folder.join(earlier))
+                .map_err(|reason| failed(format!("common.prior_from: {reason}")))?;
+        }
         Ok(Checked { mission, scenario })
     }
 }

@@ -22,6 +22,7 @@ pub mod clock;
 pub mod config;
 pub mod doctor;
 pub mod dry_run;
+pub mod earlier;
 pub mod journal;
 pub mod link;
 pub mod lockstep;

@@ -7,7 +7,7 @@
 //! 3. [`utility`], [`utility_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
 //!    a teammate's plan, and the cells out of reach;
 //! 4. [`situation`], [`policy`]: the decision;
-//! 5. [`measures`], [`detection`], [`seed`]: how a search is measured and reproduced.
+//! 5. [`measures`], [`detection`], [`sweep`], [`seed`]: how a search is measured and reproduced.
 //!
 //! The sensor is radially symmetric: the variance of a reading depends on the distance of its cell alone. [`sensor`]
 //! defines this; [`utility_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
@@ -34,6 +34,7 @@ pub mod seed;
 pub mod sensor;
 pub mod shape;
 pub mod situation;
+pub mod sweep;
 pub mod terrain;
 pub mod utility;
 pub mod utility_gain;

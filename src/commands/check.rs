@@ -9,6 +9,7 @@ use dragnet_scenario::map_file::areas::{Claims, Region, Rest};
 use dragnet_scenario::map_file::{Georeference, MapOrigin, Purpose};
 use dragnet_scenario::{Class, Drawn, Robot, Scenario, Start};
 
+use super::earlier::{self, PriorFrom};
 use super::settings::Kind;
 use super::{Failure, complain, scenario};
 use crate::terminal::{self, counted};
@@ -29,12 +30,14 @@ pub(crate) struct Arguments {
     /// Files of scenarios or settings (TOML), or names that `dragnet scenarios` lists
     #[arg(required = true, value_name = "FILE")]
     scenarios: Vec<PathBuf>,
+    #[command(flatten)]
+    prior: PriorFrom,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let mut failed = 0;
     for path in &arguments.scenarios {
-        match check(path) {
+        match check(path, &arguments.prior) {
             Ok(summary) => terminal::print(&summary)?,
             Err(error) => {
                 complain("error", &error);
@@ -48,15 +51,18 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     Err(Failure::Input(format!("{failed} of {} files are invalid", arguments.scenarios.len())))
 }
 
-fn check(path: &Path) -> Result<String, String> {
+fn check(path: &Path, prior: &PriorFrom) -> Result<String, String> {
     // A file that is not text is reported by the scenario reader.
     let kind = read_text_at_most(path, MAX_BYTES).map_or(Kind::Scenario, |text| Kind::of(&text));
     let file = path.display();
     let settings = match kind {
         Kind::Scenario => {
-            return Scenario::load(path)
-                .map(|scenario| describe(&scenario))
-                .map_err(|error| error.to_string());
+            let scenario = Scenario::load(path).map_err(|error| error.to_string())?;
+            return prior.continued(scenario).map(|scenario| describe(&scenario));
+        }
+        _ if prior.is_given() => {
+            let allowed = "a scenario, or common.prior_from in the settings";
+            return Err(format!("{file}: settings with --prior-from; allowed is {allowed}"));
         }
         Kind::Agent => config::load::<AgentSettings>(path).and_then(|settings| {
             let checked = settings.common.check(path)?;
@@ -109,6 +115,7 @@ fn describe(scenario: &Scenario) -> String {
         .then(|| format!("  all but the map is assumed; {}\n", scenario::changing_assumptions(scenario)));
     std::iter::once(summary)
         .chain(assumed)
+        .chain(earlier::continues(scenario).map(|text| format!("  {text}\n")))
         .chain(starts(scenario))
         .chain(earth(scenario, &drawn))
         .chain(warnings)

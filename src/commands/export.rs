@@ -6,22 +6,21 @@ use std::time::Duration;
 use dragnet_coordinator::Ending;
 use dragnet_coordinator::finds::of_subject;
 use dragnet_coordinator::playback::Playback;
-use dragnet_export::account::Coverage;
-use dragnet_export::{Account, ExportError, belief, geojson, gpx, kml, plan};
+use dragnet_export::{Account, ExportError, belief, csv, geojson, gpx, kml, plan};
 use dragnet_proto::message::Detection;
 use dragnet_scenario::Places;
 use dragnet_scenario::map_file::{BeliefFile, GeoPoint, Purpose};
 use dragnet_scenario::time::MissionTime;
 
-use super::{Failure, complain, output};
-use crate::terminal::table::Table;
+use super::{Failure, complain, output, segments};
 use crate::terminal::{self, counted};
 
 /// Export a recorded mission for maps, GPS receivers and ground stations.
 ///
 /// Writes found objects, tracks of the robots and cleared areas with their probability of detection (.geojson, .kml);
-/// finds and tracks (.gpx); the robots' plans for a ground station (.plan), one file for each robot; or what the search
-/// believed (.belief.json), the prior of the next one. Prints how thoroughly each area was searched.
+/// finds and tracks (.gpx); the robots' plans for a ground station (.plan), one file for each robot; how thoroughly each area
+/// was searched, and with which effort (.csv); or what the search believed (.belief.json), the prior of the next one. Prints
+/// how thoroughly each area was searched.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  dragnet export missing_person-0.mcap --to mission.kml\n  dragnet export missing_person-0.mcap --to next.plan --at 600\n  dragnet export warehouse-0.mcap --to mission.geojson --origin 49.236,-2.24\n  dragnet export missing_person-0.mcap --to shift1.belief.json"
@@ -51,6 +50,7 @@ enum Format {
     Kml,
     Gpx,
     Plan,
+    Csv,
     Belief,
 }
 
@@ -65,6 +65,7 @@ impl Format {
             "kml" => Some(Self::Kml),
             "gpx" => Some(Self::Gpx),
             "plan" => Some(Self::Plan),
+            "csv" => Some(Self::Csv),
             _ => None,
         }
     }
@@ -87,7 +88,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let format = arguments.format.or_else(|| Format::of(&arguments.to)).ok_or_else(|| {
         let to = arguments.to.display();
         Failure::Input(format!(
-            "--to {to}: unknown extension; allowed are .geojson, .kml, .gpx, .plan and .belief.json"
+            "--to {to}: unknown extension; allowed are .geojson, .kml, .gpx, .csv, .plan and .belief.json"
         ))
     })?;
     let playback = Playback::read(&arguments.recording).map_err(Failure::input)?;
@@ -121,6 +122,7 @@ fn exported(arguments: &Arguments, format: Format, playback: &Playback) -> Resul
         Format::Geojson => geojson::text,
         Format::Kml => kml::text,
         Format::Gpx => gpx::text,
+        Format::Csv => csv::text,
         Format::Plan => return plans(arguments, playback),
         Format::Belief => return believed(arguments, playback),
     };
@@ -176,29 +178,6 @@ fn summary(account: &Account) -> String {
         if account.subject.is_some() { "declared" } else { "found" },
         counted(account.tracks.len(), "track"),
     );
-    let is_one = account.subject.is_some();
-    let mut table = if is_one {
-        Table::new(["area", "POA", "POD", "POS", "posterior", "cells"])
-    } else {
-        Table::new(["area", "POA", "POD", "POS", "cells"])
-    };
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    let mut push = |name: &str, it: &Coverage| {
-        let [poa, pod, pos] = [it.poa, it.pod, it.pos()].map(percent);
-        let (name, cells) = (name.escape_debug().to_string(), it.cells.to_string());
-        if is_one {
-            let now = it.now.map_or_else(|| "-".to_owned(), percent);
-            table.push([name, poa, pod, pos, now, cells]);
-        } else {
-            table.push([name, poa, pod, pos, cells]);
-        }
-    };
-    for (area, coverage) in &account.areas {
-        if let Some(coverage) = coverage {
-            push(&area.name, coverage);
-        }
-    }
-    push("in all", &account.total);
     let searches = account.areas.iter().filter(|(area, _)| matches!(area.purpose, Purpose::Search(_)));
     let by_area: usize = searches.filter_map(|(_, coverage)| Some(coverage.as_ref()?.cells)).sum();
     let shared = if by_area > account.total.cells {
@@ -206,7 +185,7 @@ fn summary(account: &Account) -> String {
     } else {
         ""
     };
-    head + &table.draw(1) + shared + &subject(account)
+    head + &segments::table(&account.segments) + shared + &subject(account)
 }
 
 /// The finds of the one subject and where it is, and what the table's two probabilities mean.

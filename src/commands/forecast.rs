@@ -9,6 +9,7 @@ use dragnet_scenario::Scenario;
 use dragnet_scenario::file::PolicyField;
 use serde::Serialize;
 
+use super::earlier::{self, PriorFrom};
 use super::{Failure, scenario};
 use crate::terminal::progress::Bars;
 use crate::terminal::table::Table;
@@ -29,6 +30,8 @@ pub(crate) struct Arguments {
     /// Scenario file (TOML), a map, or a name that `dragnet scenarios` lists
     #[arg(value_name = "SCENARIO")]
     scenario: PathBuf,
+    #[command(flatten)]
+    prior: PriorFrom,
     /// Numbers of robots, 1 to 1000 each, separated by commas [default: half as many as in the scenario, as many, and
     /// twice as many]
     #[arg(long, value_name = "N,..", value_delimiter = ',', allow_negative_numbers = true)]
@@ -55,10 +58,11 @@ struct Json<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let loaded = scenario::load(&arguments.scenario)?;
+    let loaded = arguments.prior.load(&arguments.scenario)?;
     let policy = arguments.policy.clone();
     let scenario = scenario::with(loaded, "--policy", policy, Scenario::with_local_policy)?;
     scenario::warn(&scenario);
+    earlier::tell(&scenario);
     let teams = teams(&scenario, &arguments.robots)?;
     let done = forecast(&teams, arguments.seeds, arguments.threads, &Bars)?;
     if arguments.json {

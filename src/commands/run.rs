@@ -14,6 +14,7 @@ use dragnet_search::utility::UtilityTable;
 use dragnet_sim::simulation::StepObserver;
 use dragnet_sim::world::World;
 
+use super::earlier::{self, PriorFrom};
 use super::search::{self, Ended, Style};
 use super::{Failure, foxglove, live, output, scenario};
 use crate::VERSION;
@@ -35,11 +36,14 @@ Examples:
   dragnet run scenarios/team.toml --live --foxglove
   dragnet run area.kml --live --tak udp://239.2.3.1:6969
   dragnet run area.kml --robots 2
+  dragnet run area.kml --prior-from area-0.mcap
   dragnet run scenarios/team.toml --policy gnn --weights mine.safetensors")]
 pub(crate) struct Arguments {
     /// Scenario file (TOML): map, objects, sensor and robots; or a name that `dragnet scenarios` lists; or a map alone,
     /// such as areas in KML: then the rest is assumed, and told
     scenario: PathBuf,
+    #[command(flatten)]
+    prior: PriorFrom,
     /// Policy of all robots, instead of the scenario's. Parameters in parentheses, as in 'tour(evaluations=4000)', are
     /// those of scenarios; all others have their defaults
     #[arg(long, value_parser = scenario::POLICY)]
@@ -104,7 +108,7 @@ enum Over {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let weights = arguments.weights.as_deref();
     scenario::check_weights(weights, "--policy", arguments.policy.as_slice())?;
-    let mut scenario = scenario::load(&arguments.scenario)?;
+    let mut scenario = arguments.prior.load(&arguments.scenario)?;
     if let Some(policy) = &arguments.policy {
         scenario = scenario::with_policy(&scenario, "--policy", policy, weights)?;
     }
@@ -113,6 +117,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let options = options(arguments, medium, place_recording(arguments, &scenario)?)?;
     team::check(&scenario, &options)?;
     scenario::warn(&scenario);
+    earlier::tell(&scenario);
     UtilityTable::warm_up();
     let style = if arguments.json { Style::Json } else { Style::Text };
     let Shown { page, foxglove, observer } = show(arguments, &scenario)?;

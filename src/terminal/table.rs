@@ -12,6 +12,11 @@ impl Table {
         Self { rows: vec![titles.map(str::to_owned).to_vec()] }
     }
 
+    /// A table of these rows, that of the titles first, all of as many cells.
+    pub(crate) const fn of_rows(rows: Vec<Vec<String>>) -> Self {
+        Self { rows }
+    }
+
     /// Adds a row, as many cells as there are titles.
     pub(crate) fn push<const COLUMNS: usize>(&mut self, cells: [String; COLUMNS]) {
         debug_assert_eq!(COLUMNS, self.rows[0].len());

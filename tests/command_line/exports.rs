@@ -39,7 +39,7 @@ fn check_lists_the_drawn_areas() {
         "  no_go \"Pond\": closes 3 cells\n",
         "  prior \"Wood\": POA 70.0 % in 44 cells\n",
         "  rest: POA 30.0 %, spread over 77 cells outside of all areas\n",
-        "drawn.toml: warning: left out: Tent; kinds are search, no_go, prior, last_known_position, start\n",
+        "drawn.toml: warning: left out: Tent; kinds are search, no_go, prior, last_known_position, linear_feature, start\n",
     ] {
         assert!(text.contains(line), "{line}{text}");
     }
@@ -138,7 +138,7 @@ fn a_recording_that_cannot_be_exported_is_rejected() {
     let place = searched();
     place.refuse(
         &["export", "drawn.mcap", "--to", "a.shp"],
-        &["a.shp", ".geojson, .kml, .gpx, .plan and .belief.json"],
+        &["a.shp", ".geojson, .kml, .gpx, .csv, .plan and .belief.json"],
     );
     place.refuse(&["export", "drawn.toml", "--to", "a.kml"], &["drawn.toml", "not a recording"]);
     place.refuse(&["export", "drawn.mcap", "--to", "a.plan"], &["no robot has a plan", "--at 0"]);
@@ -174,4 +174,84 @@ fn a_map_alone_with_parts_says_where_robots_start_and_what_counts_twice() {
     let exported = place.succeed(&["export", "parts.mcap", "--to", "parts.gpx"]);
     assert!(exported.contains("a cell that several areas touch counts in the cells of each"), "{exported}");
     place.refuse(&["check", "parts.gpx"], &["it is the export of a search", "GeoJSON or the KML"]);
+}
+
+/// The values of a row, by title.
+type Values = Vec<(String, Option<f64>)>;
+
+/// The segments of a CSV file by name.
+fn segments(text: &str) -> Vec<(String, Values)> {
+    let mut lines = text.lines();
+    let titles: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let row = |line: &str| {
+        let values: Vec<&str> = line.split(',').collect();
+        assert_eq!(values.len(), titles.len(), "{line}");
+        let numbers = titles.iter().zip(&values).skip(2);
+        let numbers = numbers.map(|(title, value)| ((*title).to_owned(), value.parse().ok())).collect();
+        (values[0].trim_matches('"').to_owned(), numbers)
+    };
+    lines.map(row).collect()
+}
+
+fn value(numbers: &[(String, Option<f64>)], title: &str) -> f64 {
+    numbers.iter().find(|(known, _)| known == title).and_then(|(_, number)| *number).unwrap()
+}
+
+#[test]
+fn the_effort_in_each_segment_is_told_alike_by_inspect_and_export() {
+    let place = searched();
+    let printed = place.succeed(&["export", "drawn.mcap", "--to", "drawn.csv"]);
+    let text = fs::read_to_string(place.path("drawn.csv")).unwrap();
+    let rows = segments(&text);
+    let names: Vec<&str> = rows.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["Field", "Wood", "in all"], "{text}");
+    // The same table in both, and in it the numbers of the file.
+    let table = |text: &str| -> Vec<String> {
+        let from = text.lines().position(|line| line.starts_with("area ")).unwrap();
+        text.lines().skip(from).take(4).map(str::to_owned).collect()
+    };
+    let shown = table(&printed);
+    assert_eq!(shown, table(&place.succeed(&["inspect", "drawn.mcap"])));
+    for ((name, numbers), line) in rows.iter().zip(&shown[1..]) {
+        let [area, poa, pod, pos, width, track, effort, coverage] = [
+            "area_square_meters",
+            "poa",
+            "pod",
+            "pos",
+            "sweep_width_meters",
+            "track_meters",
+            "effort_square_meters",
+            "coverage",
+        ]
+        .map(|title| value(numbers, title));
+        assert!(
+            (pos - poa * pod).abs() < 1e-12 && (effort - width * track).abs() < 1e-6,
+            "{name} {numbers:?}"
+        );
+        assert!((coverage - effort / area).abs() < 1e-9 && width > 30.0 && track > 0.0, "{name} {numbers:?}");
+        // Of a radius of 5 cells.
+        assert!(width <= 11.0 * 30.0, "{width}");
+        for part in [
+            format!("{:.1} %", 100.0 * poa),
+            format!("{:.1} %", 100.0 * pod),
+            format!("{width:.1} m"),
+            format!("{:.2} km", track / 1000.0),
+            format!("{coverage:.2}"),
+            format!("{:.2} ha", area / 10_000.0),
+        ] {
+            assert!(line.starts_with(name.as_str()) && line.contains(&part), "{part} is not in {line}");
+        }
+    }
+    // 121 cells of 30 m, and all that both robots have driven.
+    let all = &rows[2].1;
+    let report = place.json(&["run", "drawn.toml", "--record", "again.mcap", "--json"]);
+    let cells = report["path_cells"].as_array().unwrap().iter().map(|cells| cells.as_f64().unwrap());
+    let driven = 30.0 * cells.sum::<f64>();
+    assert!((value(all, "area_square_meters") - 121.0 * 900.0).abs() < 1e-6);
+    assert!((value(all, "track_meters") - driven).abs() < 1e-6, "{text} {driven}");
+    let map: Value = {
+        place.succeed(&["export", "drawn.mcap", "--to", "drawn.geojson"]);
+        serde_json::from_str(&fs::read_to_string(place.path("drawn.geojson")).unwrap()).unwrap()
+    };
+    assert!((map["pod"].as_f64().unwrap() - value(all, "pod")).abs() < 1e-12);
 }

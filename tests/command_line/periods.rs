@@ -196,3 +196,119 @@ fn a_belief_that_cannot_be_handed_over_is_rejected() {
     place.write("next.toml", &next.replace("first.belief", "cut.belief"));
     assert!(place.succeed(&["check", "next.toml"]).contains("next.toml: ok"));
 }
+
+/// A second period: the first area, and as much ground again to the east, in cells of this edge.
+fn second(cell_meters: f64) -> String {
+    let rows = (360.0 / cell_meters).round();
+    FIRST
+        .replace("first", "second")
+        .replace("rows = 12", &format!("rows = {rows}"))
+        .replace("columns = 12", &format!("columns = {}", 2.0 * rows))
+        .replace("30.0", &format!("{cell_meters:?}"))
+}
+
+#[test]
+fn a_search_continues_from_a_recording_also_over_another_area_in_other_cells() {
+    let place = Place::new();
+    let report = first(&place);
+    place.succeed(&["export", "first.mcap", "--to", "first.belief.json"]);
+    for cell_meters in [30.0, 15.0, 60.0, 40.0] {
+        place.write("second.toml", &second(cell_meters));
+        // By the flag as by the key of the scenario, whose files robots read.
+        let named = second(cell_meters).replace("[prior]", "[prior]\nfile = 'first.belief.json'");
+        place.write("named.toml", &named);
+        let scenario = Scenario::load(&place.path("named.toml")).unwrap();
+        let (inside, outside) = (
+            scenario.prior().probabilities().iter().sum::<f64>(),
+            scenario.one_subject().unwrap().rest_of_world(),
+        );
+        assert!((inside + outside - 1.0).abs() < 1e-6, "{cell_meters}: {inside} {outside}");
+        // What is left of the first area is kept to the cell; the new half has its share of the rest.
+        let columns = scenario.terrain().grid().columns();
+        let west: f64 = scenario
+            .terrain()
+            .searched_cells()
+            .filter(|&cell| scenario.terrain().grid().position(cell).column < columns / 2)
+            .map(|cell| scenario.prior().probability(cell))
+            .sum();
+        assert!((west - number(&report, "remaining")).abs() < 2e-3, "{cell_meters}: {west}");
+        let stated = format!(
+            "continues first (first.mcap), which covers 50.0 % of the searched cells: the subject is in the area with \
+             {inside:.4}, outside of it with {outside:.4}"
+        );
+        let checked = place.succeed(&["check", "second.toml", "--prior-from", "first.mcap"]);
+        assert!(checked.contains(&stated), "{stated} is not in {checked}");
+    }
+    let forecast = place.dragnet(&[
+        "forecast",
+        "second.toml",
+        "--prior-from",
+        "first.mcap",
+        "--seeds",
+        "2",
+        "--robots",
+        "1",
+    ]);
+    assert!(forecast.status.success() && super::stderr(&forecast).contains("prior: continues first"));
+}
+
+#[test]
+fn a_continued_search_is_the_same_in_memory_and_in_processes_and_is_continued_itself() {
+    let place = Place::new();
+    first(&place);
+    place.write("second.toml", &second(20.0));
+    let run = |record: &str, more: &[&str]| {
+        let shared = ["run", "second.toml", "--prior-from", "first.mcap", "--record", record];
+        let output = place.dragnet(&[&shared[..], more].concat());
+        assert!(output.status.success(), "{}", super::stderr(&output));
+        super::stderr(&output)
+    };
+    assert!(run("memory.mcap", &[]).contains("prior: continues first (first.mcap)"));
+    run("processes.mcap", &["--processes"]);
+    let [memory, processes] =
+        ["memory.mcap", "processes.mcap"].map(|file| fs::read(place.path(file)).unwrap());
+    assert_eq!(memory, processes);
+    assert!(place.succeed(&["inspect", "memory.mcap"]).contains("continues = first"));
+    // A third period over the first's area: what the second has searched of it counts.
+    let third = place.succeed(&["check", "first.toml", "--prior-from", "memory.mcap"]);
+    assert!(third.contains("continues second (memory.mcap), which covers 100.0 %"), "{third}");
+}
+
+#[test]
+fn an_earlier_search_that_does_not_fit_is_refused_with_the_reason() {
+    let place = Place::new();
+    first(&place);
+    let refuse = |scenario: &str, file: &str, expected: &[&str]| {
+        place.write("second.toml", scenario);
+        for command in ["run", "forecast"] {
+            place.refuse(&[command, "second.toml", "--prior-from", file], expected);
+        }
+    };
+    let origin = "origin = { latitude_degrees = 49.2, longitude_degrees = -2.2 }\n";
+    refuse(
+        &FIRST.replace("49.2", "49.3"),
+        "first.mcap",
+        &["first.mcap: its map is elsewhere", "at least one"],
+    );
+    refuse(&FIRST.replace("49.2", "59.2"), "first.mcap", &["first.mcap: its map is", "km away"]);
+    refuse(&FIRST.replace(origin, ""), "first.mcap", &["first.mcap", "map.origin"]);
+    let several = FIRST.replace("rest_of_world = 0.2", "").replace("count = 1", "count = 2");
+    refuse(&several, "first.mcap", &["what it sought is one subject", "2 objects", "prior.rest_of_world"]);
+    place.write("several.toml", &several.replace("first", "several"));
+    place.succeed(&["run", "several.toml", "--record", "several.mcap"]);
+    refuse(FIRST, "several.mcap", &["what it sought is objects in cells", "one subject", "prior.file"]);
+    refuse(FIRST, "second.toml", &["second.toml", "not a recording"]);
+    refuse(FIRST, "none.mcap", &["none.mcap", "No such file"]);
+    let bytes = fs::read(place.path("first.mcap")).unwrap();
+    fs::write(place.path("start.mcap"), &bytes[..40]).unwrap();
+    refuse(FIRST, "start.mcap", &["start.mcap", "not a recording"]);
+    fs::write(place.path("cut.mcap"), &bytes[..bytes.len() * 3 / 4]).unwrap();
+    let cut = place.dragnet(&["run", "second.toml", "--prior-from", "cut.mcap"]);
+    assert!(cut.status.success() && super::stderr(&cut).contains("cut off"), "{}", super::stderr(&cut));
+    let settings = "robot = 1\n[common]\nmission = 'first'\nscenario = 'first.toml'\n";
+    place.write("robot.toml", &format!("{settings}prior_from = 'first.mcap'\n"));
+    assert!(place.succeed(&["check", "robot.toml"]).contains("ok"));
+    place.refuse(&["check", "robot.toml", "--prior-from", "first.mcap"], &["common.prior_from"]);
+    place.write("robot.toml", &format!("{settings}prior_from = 'none.mcap'\n"));
+    place.refuse(&["check", "robot.toml"], &["common.prior_from: "]);
+}

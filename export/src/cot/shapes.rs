@@ -35,6 +35,7 @@ fn parts(name: &str, area: &Area) -> Vec<Shape> {
         Purpose::Search(_) => ("search area".to_owned(), BLUE),
         Purpose::NoGo(..) => ("no-go area: no robot enters it".to_owned(), RED),
         Purpose::Prior { poa, .. } => (percent(*poa), VIOLET),
+        Purpose::LinearFeature { poa, .. } => (format!("linear feature, {}", percent(*poa)), VIOLET),
         Purpose::LastKnownPosition { point, poa, .. } => {
             let remarks = format!("last known position, {}", percent(*poa));
             let detail = Detail::Marker { callsign: area.name.clone(), remarks, color: VIOLET };
@@ -42,11 +43,7 @@ fn parts(name: &str, area: &Area) -> Vec<Shape> {
         }
         Purpose::Start(_) => return Vec::new(),
     };
-    let lines: &[LineString<f64>] = match &area.purpose {
-        Purpose::NoGo(_, lines) => &lines.0,
-        _ => &[],
-    };
-    let outlines = area.purpose.polygons().iter().map(Polygon::exterior).chain(lines);
+    let outlines = area.purpose.polygons().iter().map(Polygon::exterior).chain(area.purpose.lines());
     let shape = |(part, line): (usize, &LineString<f64>)| {
         let corners = corners(line);
         let point = *corners.first()?;

@@ -1,7 +1,7 @@
 const OUTLINES = "outlines";
 const NAMES = "names";
 export const LAYERS = {
-    search: "areas", no_go: "no_go", prior: "prior", last_known_position: "prior", start: "areas",
+    search: "areas", no_go: "no_go", prior: "prior", last_known_position: "prior", linear_feature: "prior", start: "areas",
 };
 export const STYLES = {
     areas: { color: "#ffffff", weight: 2, fill: false },
@@ -48,12 +48,14 @@ export class AreaLayers {
         if (area.at === undefined)
             return;
         const place = point(area.at);
-        const radius = area.spread_meters;
-        if (radius !== undefined)
+        for (const radius of radii(area))
             L.circle(place, { ...options, radius }).addTo(group);
         L.circleMarker(place, { ...options, dashArray: "", radius: 4, fill: true, fillOpacity: 1 }).addTo(group);
         name(L.latLngBounds([place]), area).addTo(group);
     }
+}
+export function radii(place) {
+    return place.quartiles_meters ?? (place.spread_meters === undefined ? [] : [place.spread_meters]);
 }
 export function name(bounds, area) {
     const poa = area.poa === undefined ? "" : `, ${(100 * area.poa).toFixed(0)} %`;

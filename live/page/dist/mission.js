@@ -14,6 +14,7 @@ export class Mission {
     curve = [];
     orders = [];
     marks = [];
+    segments = [];
     isOver = false;
     constructor(hello) {
         this.hello = hello;
@@ -40,6 +41,7 @@ export class Mission {
         }
         this.orders = frame.orders ?? this.orders;
         this.marks = frame.marked ?? this.marks;
+        this.segments = frame.segments ?? this.segments;
         if (frame.zones !== undefined)
             this.zones = zoned(frame.zones);
         this.frame = frame;

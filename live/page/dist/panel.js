@@ -2,6 +2,7 @@ import { drawChart } from "./chart.js";
 import { robotColor } from "./colors.js";
 import { percent } from "./describe.js";
 import { clock, due } from "./mission.js";
+import { showSegments } from "./segments.js";
 export function element(id, kind) {
     const found = document.getElementById(id);
     if (!(found instanceof kind))
@@ -55,6 +56,7 @@ export function showPanel(mission, goTo) {
     drawChart(element("progress-chart", HTMLCanvasElement), mission, 2, objects === null ? undefined : 1);
     if (element("engineering", HTMLDetailsElement).open) {
         drawChart(element("entropy-chart", HTMLCanvasElement), mission, 1, undefined);
+        showSegments(mission);
     }
 }
 function showRobots(mission, robots, goTo) {

@@ -10,7 +10,7 @@ const NAMES = "names";
 type Layer = "areas" | "no_go" | "prior";
 
 export const LAYERS: Record<Area["kind"], Layer> = {
-  search: "areas", no_go: "no_go", prior: "prior", last_known_position: "prior", start: "areas",
+  search: "areas", no_go: "no_go", prior: "prior", last_known_position: "prior", linear_feature: "prior", start: "areas",
 };
 
 export const STYLES: Record<Layer, L.PathOptions> = {
@@ -54,11 +54,15 @@ export class AreaLayers {
     for (const line of area.lines ?? []) name(L.polyline(line.map(point), options).addTo(group).getBounds(), area).addTo(group);
     if (area.at === undefined) return;
     const place = point(area.at);
-    const radius = area.spread_meters;
-    if (radius !== undefined) L.circle(place, { ...options, radius }).addTo(group);
+    for (const radius of radii(area)) L.circle(place, { ...options, radius }).addTo(group);
     L.circleMarker(place, { ...options, dashArray: "", radius: 4, fill: true, fillOpacity: 1 }).addTo(group);
     name(L.latLngBounds([place]), area).addTo(group);
   }
+}
+
+/** One spread around a place, or the distances within which a quarter, a half, three quarters and 95 % are found. */
+export function radii(place: { spread_meters?: number; quartiles_meters?: number[] }): number[] {
+  return place.quartiles_meters ?? (place.spread_meters === undefined ? [] : [place.spread_meters]);
 }
 
 /** The name of an area in its middle, of a place beside it; that of a search area at its edge, since others lie in it. */

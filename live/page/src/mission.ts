@@ -29,11 +29,12 @@ export type Spot = [number, number];
 /** An area or a place drawn on the map, in meters. */
 export interface Area {
   name: string;
-  kind: "search" | "no_go" | "prior" | "last_known_position" | "start";
+  kind: "search" | "no_go" | "prior" | "last_known_position" | "linear_feature" | "start";
   polygons?: Spot[][][];
   lines?: Spot[][];
   at?: Spot;
   spread_meters?: number;
+  quartiles_meters?: number[];
   poa?: number;
 }
 
@@ -49,6 +50,8 @@ export interface Frame {
   /** Runs of cells in the operator's zones: first cell, number of cells, zone. Absent if nothing has changed. */
   zones?: [number, number, Zone][];
   marked?: MarkFrame[];
+  /** Each segment, the whole search last. Absent if nothing has changed. */
+  segments?: SegmentRow[];
   robots: RobotFrame[];
   declared: Declared[];
   dismissed: Dismissed[];
@@ -138,6 +141,23 @@ export interface MarkFrame {
   pod?: number;
 }
 
+/** How thoroughly a segment was searched. Values that are unknown, or have no meaning for it, are null. */
+export interface SegmentRow {
+  name: string;
+  kind: string;
+  cells: number;
+  area_square_meters: number | null;
+  poa: number;
+  poa_now: number | null;
+  pod: number;
+  pos: number;
+  sweep_width_meters: number | null;
+  track_meters: number | null;
+  effort_square_meters: number | null;
+  /** Effort by area. */
+  coverage: number | null;
+}
+
 /** A command of the operator, the robots that have it, and those of which that is not known. */
 export interface OrderFrame {
   time: number;
@@ -193,6 +213,7 @@ export class Mission {
   orders: OrderFrame[] = [];
   /** The operator's marks that count, in the order in which they were made. */
   marks: MarkFrame[] = [];
+  segments: SegmentRow[] = [];
   isOver = false;
 
   constructor(hello: Hello) {
@@ -219,6 +240,7 @@ export class Mission {
     }
     this.orders = frame.orders ?? this.orders;
     this.marks = frame.marked ?? this.marks;
+    this.segments = frame.segments ?? this.segments;
     if (frame.zones !== undefined) this.zones = zoned(frame.zones);
     this.frame = frame;
   }

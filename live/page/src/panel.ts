@@ -4,6 +4,7 @@ import { drawChart } from "./chart.js";
 import { robotColor } from "./colors.js";
 import { percent } from "./describe.js";
 import { type Mission, type RobotFrame, clock, due } from "./mission.js";
+import { showSegments } from "./segments.js";
 
 export function element<T extends HTMLElement>(id: string, kind: new () => T): T {
   const found = document.getElementById(id);
@@ -58,6 +59,7 @@ export function showPanel(mission: Mission, goTo: (cell: number) => void): void 
   drawChart(element("progress-chart", HTMLCanvasElement), mission, 2, objects === null ? undefined : 1);
   if (element("engineering", HTMLDetailsElement).open) {
     drawChart(element("entropy-chart", HTMLCanvasElement), mission, 1, undefined);
+    showSegments(mission);
   }
 }
 

@@ -74,11 +74,13 @@ impl Brief<'_> {
     fn settings(&self, robot: RobotId, zenoh: Endpoints) -> Result<String, String> {
         let path = &self.scenario.source().path;
         let scenario = std::path::absolute(path).map_err(|error| error.to_string())?;
+        let earlier = self.scenario.earlier().map(|it| std::path::absolute(&it.file)).transpose();
         let text = toml::to_string(self.scenario.file()).map_err(|error| error.to_string())?;
         let common = Common {
             mission: self.mission.to_string(),
             scenario,
             scenario_text: Some(text),
+            prior_from: earlier.map_err(|error| error.to_string())?,
             seed: self.seed,
             real_time_factor: self.real_time_factor,
             zenoh,

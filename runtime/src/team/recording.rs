@@ -6,7 +6,7 @@ use std::sync::Arc;
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::record::encoder::{self, MessageListener};
-use dragnet_coordinator::record::{Header, MISSION_TIME, REST_OF_WORLD, Recorder};
+use dragnet_coordinator::record::{Header, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD, Recorder};
 use dragnet_coordinator::recording::Notice;
 use dragnet_scenario::{Class, Scenario};
 use dragnet_sim::episode::Episode;
@@ -82,10 +82,14 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
         ("policies", policies.join(",")),
         ("detection_threshold", scenario.mission().detection_threshold.to_string()),
         ("sensor_radius", of_robots(scenario, |class| class.sensor.radius().to_string())),
+        (NOISE_VARIANCE, of_robots(scenario, |class| class.sensor.noise_variance().to_string())),
         ("speed_meters_per_second", of_robots(scenario, |class| class.speed_meters_per_second.to_string())),
     ]);
     if scenario.robots().iter().any(|robot| robot.class.flies) {
         facts.extend(metadata([("flies", of_robots(scenario, |class| class.flies.to_string()))]));
+    }
+    if let Some(earlier) = scenario.earlier() {
+        facts.extend(metadata([("continues", earlier.belief.mission.clone())]));
     }
     if let Some(one) = scenario.one_subject() {
         facts.extend(metadata([(REST_OF_WORLD, one.rest_of_world().to_string())]));

@@ -21,7 +21,7 @@ pub mod toml_text;
 
 pub use places::Places;
 pub use scenario::{
-    Budget, Class, Drawn, Invalid, Mission, Network, Objects, Partition, Policy, PolicyTextError, Reason,
-    Recording, Robot, Scenario, ScenarioError, Source, Start, Warning, file, policies, schema_json,
-    schema_of,
+    Budget, Class, Drawn, EarlierBelief, Invalid, Mission, Network, Objects, Partition, Policy,
+    PolicyTextError, Reason, Recording, Robot, Scenario, ScenarioError, Source, Start, Warning, file,
+    policies, schema_json, schema_of,
 };

@@ -31,7 +31,7 @@ use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 
-pub use areas::{Area, Areas, Purpose};
+pub use areas::{Area, Areas, Purpose, Quartiles, Spread};
 pub use belief_file::BeliefFile;
 pub use earth::Earth;
 pub use error::MapFileError;

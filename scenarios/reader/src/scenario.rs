@@ -45,6 +45,7 @@ pub use mission::{Budget, Mission};
 pub use network::{Network, Partition};
 pub use objects::Objects;
 pub use policy_text::{PolicyTextError, policies};
+pub use prior::EarlierBelief;
 pub use robots::{Policy, Robot, Start};
 pub use schema::{schema_json, schema_of};
 pub use warning::{Reason, Warning};
@@ -61,6 +62,8 @@ pub struct Scenario {
     /// The file that the fields below are computed from; overrides change it, and the fields are computed again.
     file: ScenarioFile,
     map: Arc<MapFile>,
+    /// What it continues beside what its file says.
+    earlier: Option<Arc<EarlierBelief>>,
     connectivity: Connectivity,
     /// What robots of no named class can do.
     unnamed: Arc<Class>,
@@ -138,7 +141,7 @@ impl Scenario {
     pub fn from_text(path: &Path, text: String) -> Result<Self, ScenarioError> {
         let (source, file) = parse(path, text)?;
         let map = world::map(&file.map, source.folder()).map_err(|fault| source.error(fault))?;
-        Self::new(source.clone(), file, Arc::new(map)).map_err(|fault| source.error(fault))
+        Self::new(source.clone(), file, Arc::new(map), None).map_err(|fault| source.error(fault))
     }
 
     /// A scenario from its text and the areas of the map file that it names, which need not exist yet.
@@ -148,7 +151,7 @@ impl Scenario {
     pub fn from_text_and_areas(path: &Path, text: String, areas: Areas) -> Result<Self, ScenarioError> {
         let (source, file) = parse(path, text)?;
         let map = world::map_of_areas(&file.map, areas).map_err(|fault| source.error(fault))?;
-        Self::new(source.clone(), file, Arc::new(map)).map_err(|fault| source.error(fault))
+        Self::new(source.clone(), file, Arc::new(map), None).map_err(|fault| source.error(fault))
     }
 
     /// The text of a scenario for areas, as [`Scenario::text_of_map`]; it names them as `file`.
@@ -170,11 +173,17 @@ impl Scenario {
         of_map::cells_of_areas(areas)
     }
 
-    fn new(source: Source, file: ScenarioFile, map: Arc<MapFile>) -> Result<Self, Fault> {
+    fn new(
+        source: Source,
+        file: ScenarioFile,
+        map: Arc<MapFile>,
+        earlier: Option<Arc<EarlierBelief>>,
+    ) -> Result<Self, Fault> {
         check_name("name", &file.name)?;
         let terrain = &map.terrain;
         let objects = Objects::new(&file.objects, terrain)?;
-        let prior = Prior::new(&file.prior, source.folder(), file.map.file.as_deref(), &map, &objects)?;
+        let map_file = file.map.file.as_deref();
+        let prior = Prior::new(&file.prior, source.folder(), map_file, &map, &objects, earlier.as_deref())?;
         let mut mission = Mission::new(&file.mission)?;
         prior.check_undecided(terrain, mission.detection_threshold)?;
         let object_weights = if objects::is_by_prior(&file.objects)? {
@@ -208,6 +217,7 @@ impl Scenario {
             source,
             file,
             map,
+            earlier,
         })
     }
 
@@ -292,10 +302,21 @@ impl Scenario {
         })
     }
 
+    /// A copy of the scenario that begins with what an earlier search believed: where both search, that is the prior, and
+    /// elsewhere the scenario's own.
+    ///
+    /// # Errors
+    /// If the earlier search was of another place, has no searched cell in common with the scenario, or sought one subject
+    /// and the scenario does not, or the other way around.
+    pub fn continuing(&self, earlier: EarlierBelief) -> Result<Self, ScenarioError> {
+        Self::new(self.source.clone(), self.file.clone(), Arc::clone(&self.map), Some(Arc::new(earlier)))
+            .map_err(|fault| self.source.override_error(fault))
+    }
+
     fn changed(&self, change: impl FnOnce(&mut ScenarioFile)) -> Result<Self, ScenarioError> {
         let mut file = self.file.clone();
         change(&mut file);
-        Self::new(self.source.clone(), file, Arc::clone(&self.map))
+        Self::new(self.source.clone(), file, Arc::clone(&self.map), self.earlier.clone())
             .map_err(|fault| self.source.override_error(fault))
     }
 
@@ -377,6 +398,18 @@ impl Scenario {
     #[must_use]
     pub fn one_subject(&self) -> Option<OneSubject> {
         self.prior.one_subject
+    }
+
+    /// What it continues by [`Scenario::continuing`], if anything.
+    #[must_use]
+    pub fn earlier(&self) -> Option<&EarlierBelief> {
+        self.earlier.as_deref()
+    }
+
+    /// The share of the searched cells that an earlier search covers, 0 to 1, if it continues one.
+    #[must_use]
+    pub fn continued_share(&self) -> Option<f64> {
+        self.prior.continued
     }
 
     /// The regions that the prior was computed from, if any.

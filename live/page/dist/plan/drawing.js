@@ -3,12 +3,20 @@ export const KINDS = {
     no_go: "No-go area",
     prior: "Likely region",
     last_known_position: "Last known position",
+    linear_feature: "Linear feature",
     start: "Start",
 };
 export const OF_AREAS = ["search", "no_go", "prior"];
+export const OF_LINES = ["no_go", "linear_feature"];
 export const OF_PLACES = ["last_known_position", "start"];
 export function isPlace(kind) {
     return OF_PLACES.includes(kind);
+}
+export function kindsOf(feature) {
+    if (isPlace(kindOf(feature)))
+        return OF_PLACES;
+    const all = lines(feature.geometry);
+    return all.length > 0 && all.every((line) => !line.isRing) ? OF_LINES : OF_AREAS;
 }
 export function kindOf(feature) {
     return feature.properties?.kind ?? "search";

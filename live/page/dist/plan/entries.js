@@ -11,6 +11,14 @@ export function parseNumber(text, allowed) {
     const isAllowed = value > above && value >= least && value <= most && (!isWhole || Number.isSafeInteger(value));
     return isAllowed ? value : refusal(`${trimmed} is not possible`, allowed);
 }
+export function parseQuartiles(text, isOptional) {
+    const words = text.split(/[\s,;]+/).filter((word) => word !== "");
+    if (words.length === 0 && isOptional)
+        return undefined;
+    const meters = words.map((word) => (NUMBER.test(word) ? Number(word) : NaN));
+    const isAllowed = meters.length === 4 && meters.every((value, index) => value > (meters[index - 1] ?? 0) && value <= 100_000);
+    return isAllowed ? meters : "Allowed are four distances in meters, such as 40, 150, 400, 1200: each above the one before, up to 100000 m.";
+}
 function refusal(what, { isWhole, above, least, most, unit }) {
     const limits = [
         ...(above === undefined ? [] : [` above ${above}`]),

@@ -1,9 +1,10 @@
 import { robotColor } from "../colors.js";
 import { element } from "../panel.js";
-import { KINDS, OF_AREAS, OF_PLACES, closed, isPlace, kindOf, lines, parseCorners, parsePosition, written } from "./drawing.js";
-import { parseNumber } from "./entries.js";
+import { KINDS, closed, kindOf, kindsOf, lines, parseCorners, parsePosition, written } from "./drawing.js";
+import { parseNumber, parseQuartiles } from "./entries.js";
 import { sentence } from "./store.js";
 const POA = { isOptional: true, least: 0, most: 100, unit: "%" };
+const LIKELY = new Set(["prior", "last_known_position", "linear_feature"]);
 const SPREAD = { above: 0, most: 100_000, unit: "m" };
 export class List {
     entries;
@@ -82,15 +83,21 @@ export class List {
         });
         const property = (values) => set((it) => (it.properties = { ...it.properties, ...values }));
         form.append(input(`name-${index}`, "Name", feature.properties?.name ?? "", (value) => property({ name: value })));
-        form.append(choice(`kind-${index}`, "What it is", isPlace(kind) ? OF_PLACES : OF_AREAS, kind, (value) => set((it) => turn(it, value))));
-        if (kind === "prior" || kind === "last_known_position") {
+        form.append(choice(`kind-${index}`, "What it is", kindsOf(feature), kind, (value) => set((it) => turn(it, value))));
+        if (LIKELY.has(kind)) {
             const { poa } = feature.properties ?? {};
             const shown = poa === undefined ? "" : String(Number((100 * poa).toFixed(4)));
             form.append(this.entry(index, `poa-${index}`, "Probability that the person or object is here, %", shown, (text) => parseNumber(text, POA), (value) => property({ poa: value === undefined ? undefined : Number((value / 100).toFixed(9)) })));
         }
-        if (kind === "last_known_position") {
+        const { quartiles_meters } = feature.properties ?? {};
+        if (kind === "last_known_position" && quartiles_meters === undefined) {
             const spread = feature.properties?.spread_meters;
             form.append(this.entry(index, `spread-${index}`, "Within how many meters (39 % of the probability)", spread === undefined ? "" : String(spread), (text) => parseNumber(text, SPREAD), (value) => property({ spread_meters: value })));
+        }
+        if (kind === "last_known_position" || kind === "linear_feature") {
+            const isPoint = kind === "last_known_position";
+            const label = `${isPoint ? "Or w" : "W"}ithin how many meters 25, 50, 75 and 95 % are found`;
+            form.append(this.entry(index, `quartiles-${index}`, label, (quartiles_meters ?? []).join(", "), (text) => parseQuartiles(text, isPoint), (value) => property({ quartiles_meters: value, ...(isPoint ? { spread_meters: value === undefined ? 200 : undefined } : {}) })));
         }
         this.coordinates(form, feature, index, set);
         const remove = make("button", "Delete");
@@ -134,7 +141,7 @@ export class List {
 }
 function turn(feature, kind) {
     const { name, poa, spread_meters } = feature.properties ?? {};
-    const isLikely = kind === "prior" || kind === "last_known_position";
+    const isLikely = LIKELY.has(kind);
     feature.properties = {
         ...(name === undefined ? {} : { name }), kind,
         ...(isLikely && poa !== undefined ? { poa } : {}),

@@ -1,4 +1,4 @@
-import { LAYERS, STYLES, name } from "../areas.js";
+import { LAYERS, STYLES, name, radii } from "../areas.js";
 import { TILE_URL, basemap } from "../basemap.js";
 import { robotColor } from "../colors.js";
 import { element } from "../panel.js";
@@ -123,8 +123,8 @@ export class PlanMap {
         if (feature.geometry?.type !== "Point" || !isPosition(feature.geometry.coordinates))
             return;
         const at = latLng(feature.geometry.coordinates);
-        const radius = feature.properties?.spread_meters;
-        if (kind === "last_known_position" && radius !== undefined && radius > 0)
+        const around = kind === "last_known_position" ? radii(feature.properties ?? {}).filter((radius) => radius > 0) : [];
+        for (const radius of around)
             L.circle(at, { ...style, radius }).addTo(this.shapes).on("click", select);
         this.marker(at, as.robot === undefined || kind !== "start" ? "" : String(as.robot), kind === "start" ? as.robot : undefined)
             .on("click", select)

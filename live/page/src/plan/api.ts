@@ -12,9 +12,11 @@ export interface Properties {
   kind?: Kind;
   poa?: number;
   spread_meters?: number;
+  /** Distances within which 25, 50, 75 and 95 % are found. */
+  quartiles_meters?: number[];
 }
 
-export type Kind = "search" | "no_go" | "prior" | "last_known_position" | "start";
+export type Kind = "search" | "no_go" | "prior" | "last_known_position" | "linear_feature" | "start";
 
 /** Longitude and latitude, degrees. */
 export type Position = number[];

@@ -7,15 +7,24 @@ export const KINDS: Record<Kind, string> = {
   no_go: "No-go area",
   prior: "Likely region",
   last_known_position: "Last known position",
+  linear_feature: "Linear feature",
   start: "Start",
 };
 
 /** Kinds that a shape can have. */
 export const OF_AREAS: readonly Kind[] = ["search", "no_go", "prior"];
+export const OF_LINES: readonly Kind[] = ["no_go", "linear_feature"];
 export const OF_PLACES: readonly Kind[] = ["last_known_position", "start"];
 
 export function isPlace(kind: Kind): boolean {
   return OF_PLACES.includes(kind);
+}
+
+/** The kinds that the shape of a feature can have. */
+export function kindsOf(feature: Feature): readonly Kind[] {
+  if (isPlace(kindOf(feature))) return OF_PLACES;
+  const all = lines(feature.geometry);
+  return all.length > 0 && all.every((line) => !line.isRing) ? OF_LINES : OF_AREAS;
 }
 
 export function kindOf(feature: Feature): Kind {

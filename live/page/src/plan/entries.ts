@@ -28,6 +28,15 @@ export function parseNumber(text: string, allowed: Allowed): number | undefined 
   return isAllowed ? value : refusal(`${trimmed} is not possible`, allowed);
 }
 
+/** Four distances, each above the one before; nothing of an empty text where that is allowed; otherwise what is wrong with it. */
+export function parseQuartiles(text: string, isOptional: boolean): number[] | undefined | string {
+  const words = text.split(/[\s,;]+/).filter((word) => word !== "");
+  if (words.length === 0 && isOptional) return undefined;
+  const meters = words.map((word) => (NUMBER.test(word) ? Number(word) : NaN));
+  const isAllowed = meters.length === 4 && meters.every((value, index) => value > (meters[index - 1] ?? 0) && value <= 100_000);
+  return isAllowed ? meters : "Allowed are four distances in meters, such as 40, 150, 400, 1200: each above the one before, up to 100000 m.";
+}
+
 /** What is wrong, and `a whole number from 1 to 1000`, or `a number above 0, up to 100 %`. */
 function refusal(what: string, { isWhole, above, least, most, unit }: Allowed): string {
   const limits = [

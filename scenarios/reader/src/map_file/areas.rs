@@ -4,6 +4,7 @@
 //! A file of any of these formats becomes features, and each of these an [`Area`], or is ignored. Areas are checked once,
 //! here: rings are closed, cross nothing, and lie on the earth; small faults are mended.
 
+mod by_distance;
 mod closed;
 mod description;
 mod feature;
@@ -14,6 +15,7 @@ mod kml;
 mod kmz;
 mod plan;
 mod prior;
+mod quartiles;
 mod rings;
 mod unique;
 
@@ -25,6 +27,7 @@ use super::georeference::GeoPoint;
 use super::{Format, MapFileError};
 
 pub use prior::{Claims, Region, RegionPrior, Rest, Weights};
+pub use quartiles::Quartiles;
 
 pub(super) use prior::rings;
 
@@ -72,17 +75,35 @@ pub enum Purpose {
         /// Probability of area, a share from 0 to 1.
         poa: f64,
     },
-    /// The object is around a place with this probability, normally distributed.
+    /// The object is around a place with this probability.
     LastKnownPosition {
         /// The place.
         point: GeoPoint,
-        /// Standard deviation to the east and to the north, meters.
-        spread_meters: f64,
+        /// How its distance is distributed.
+        spread: Spread,
+        /// Probability of area, a share from 0 to 1.
+        poa: f64,
+    },
+    /// The object is near lines, such as trails, roads or drainage, with this probability.
+    LinearFeature {
+        /// The lines.
+        lines: MultiLineString<f64>,
+        /// How its distance from the nearest of them is distributed, the track offset.
+        quartiles: Quartiles,
         /// Probability of area, a share from 0 to 1.
         poa: f64,
     },
     /// Robots start here.
     Start(GeoPoint),
+}
+
+/// The distribution of the object around a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spread {
+    /// Normal, with this standard deviation to the east and to the north, meters.
+    Normal(f64),
+    /// By quartiles of its distance, in all directions alike.
+    Quartiles(Quartiles),
 }
 
 impl Areas {
@@ -219,14 +240,22 @@ impl Purpose {
     /// The kind of search areas, as files name it.
     pub const SEARCH: &str = kind::SEARCH;
     /// All kinds, as files name them.
-    pub const KINDS: [&str; 5] =
-        [kind::SEARCH, kind::NO_GO, kind::PRIOR, kind::LAST_KNOWN_POSITION, kind::START];
+    pub const KINDS: [&str; 6] = [
+        kind::SEARCH,
+        kind::NO_GO,
+        kind::PRIOR,
+        kind::LAST_KNOWN_POSITION,
+        kind::LINEAR_FEATURE,
+        kind::START,
+    ];
 
     /// The probability of area, if it has one.
     #[must_use]
     pub const fn poa(&self) -> Option<f64> {
         match self {
-            Self::Prior { poa, .. } | Self::LastKnownPosition { poa, .. } => Some(*poa),
+            Self::Prior { poa, .. }
+            | Self::LastKnownPosition { poa, .. }
+            | Self::LinearFeature { poa, .. } => Some(*poa),
             Self::Search(_) | Self::NoGo(..) | Self::Start(_) => None,
         }
     }
@@ -239,17 +268,42 @@ impl Purpose {
             Self::NoGo(..) => kind::NO_GO,
             Self::Prior { .. } => kind::PRIOR,
             Self::LastKnownPosition { .. } => kind::LAST_KNOWN_POSITION,
+            Self::LinearFeature { .. } => kind::LINEAR_FEATURE,
             Self::Start(_) => kind::START,
         }
     }
 
-    /// Its polygons; empty for a place.
+    /// Its polygons; empty for a place and for lines.
     #[must_use]
     pub fn polygons(&self) -> &[geo::Polygon<f64>] {
         match self {
             Self::Search(polygons) | Self::NoGo(polygons, _) => &polygons.0,
             Self::Prior { region, .. } => &region.0,
-            Self::LastKnownPosition { .. } | Self::Start(_) => &[],
+            Self::LastKnownPosition { .. } | Self::LinearFeature { .. } | Self::Start(_) => &[],
+        }
+    }
+
+    /// Its lines; empty for all but no-go areas and linear features.
+    #[must_use]
+    pub fn lines(&self) -> &[geo::LineString<f64>] {
+        match self {
+            Self::NoGo(_, lines) | Self::LinearFeature { lines, .. } => &lines.0,
+            Self::Search(_) | Self::Prior { .. } | Self::LastKnownPosition { .. } | Self::Start(_) => &[],
+        }
+    }
+
+    /// The properties by which a file says how likely distances are, with their keys.
+    #[must_use]
+    pub fn distances(&self) -> Option<(&'static str, String)> {
+        match self {
+            Self::LastKnownPosition { spread: Spread::Normal(meters), .. } => {
+                Some((feature::Facts::SPREAD, meters.to_string()))
+            }
+            Self::LastKnownPosition { spread: Spread::Quartiles(quartiles), .. }
+            | Self::LinearFeature { quartiles, .. } => {
+                Some((feature::Facts::QUARTILES, quartiles.to_string()))
+            }
+            Self::Search(_) | Self::NoGo(..) | Self::Prior { .. } | Self::Start(_) => None,
         }
     }
 }

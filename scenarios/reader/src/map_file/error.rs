@@ -60,7 +60,7 @@ impl MapFileError {
         Self::Syntax { file: file.to_owned(), message: message.to_string() }
     }
 
-    pub(super) fn value(
+    pub(crate) fn value(
         file: &Path,
         place: impl Display,
         found: impl Display,

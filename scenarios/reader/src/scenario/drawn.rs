@@ -41,7 +41,10 @@ impl Scenario {
                     });
                     cells
                 }
-                Purpose::Prior { .. } | Purpose::LastKnownPosition { .. } | Purpose::Start(_) => continue,
+                Purpose::Prior { .. }
+                | Purpose::LastKnownPosition { .. }
+                | Purpose::LinearFeature { .. }
+                | Purpose::Start(_) => continue,
             };
             let (beyond, barriers) = area.barriers_beyond(frame, grid, cell_meters);
             drawn.push(Drawn { kind: area.purpose.word(), name: area.name, cells, beyond, barriers });

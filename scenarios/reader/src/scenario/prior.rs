@@ -1,8 +1,9 @@
 //! The belief before the first observation.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
 use dragnet_search::one_subject::OneSubject;
 use dragnet_search::terrain::Terrain;
 
@@ -11,12 +12,24 @@ use super::error::Fault;
 use super::file::PriorTable;
 use super::objects::Objects;
 use crate::map_file::areas::{Claims, RegionPrior};
-use crate::map_file::{Areas, BeliefFile, MapFile, load_probabilities};
+use crate::map_file::{Areas, BeliefFile, MapFile, MapFileError, load_probabilities};
 
 /// The greatest prior that an earlier search gives a cell, so that further readings can change it.
 const MOST_CERTAIN: f64 = 0.999_999;
 /// The least one: somebody who is sought may have moved since.
 const LEAST_CERTAIN: f64 = 1e-9;
+
+/// The key of what a scenario continues beside what its file says.
+const PRIOR_FROM: &str = "prior_from";
+
+/// What an earlier search believed in the end: the prior of a scenario where both search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EarlierBelief {
+    /// The recording or belief file that it was read from; messages name it.
+    pub file: PathBuf,
+    /// The belief.
+    pub belief: BeliefFile,
+}
 
 /// The belief before the first observation, and its origin.
 #[derive(Clone, Debug)]
@@ -28,13 +41,31 @@ pub(super) struct Prior {
     pub areas: Areas,
     /// That exactly one object is sought, if so: the belief and its rest of the world then add up to 1.
     pub one_subject: Option<OneSubject>,
-    /// Whether it is what an earlier search believed: that may have found something.
-    pub is_continued: bool,
+    /// The share of the searched cells that an earlier search covers, 0 to 1, if it continues one: that may have found
+    /// something.
+    pub continued: Option<f64>,
 }
 
 impl Prior {
-    /// The prior of a map that was read from `map_file`, if from any.
+    /// The prior of a map that was read from `map_file`, if from any; where an earlier search has searched, what it
+    /// believed.
     pub(super) fn new(
+        table: &PriorTable,
+        folder: &Path,
+        map_file: Option<&str>,
+        map: &MapFile,
+        objects: &Objects,
+        earlier: Option<&EarlierBelief>,
+    ) -> Result<Self, Fault> {
+        let own = Self::of_table(table, folder, map_file, map, objects)?;
+        let Some(EarlierBelief { file, belief }) = earlier else { return Ok(own) };
+        let fault = |source| Fault::MapFile { key: PRIOR_FROM, source };
+        check_same_kind(file, belief, own.one_subject.is_some(), objects).map_err(fault)?;
+        own.after(PRIOR_FROM, file, belief, map)
+    }
+
+    /// The prior that the scenario's file says.
+    fn of_table(
         table: &PriorTable,
         folder: &Path,
         map_file: Option<&str>,
@@ -43,8 +74,10 @@ impl Prior {
     ) -> Result<Self, Fault> {
         if let Some(file) = table.file.as_deref().filter(|file| BeliefFile::is_file(Path::new(file))) {
             let own = PriorTable { file: None, ..table.clone() };
-            let own = Self::new(&own, folder, map_file, map, objects)?;
-            return own.after(&folder.join(file), map);
+            let own = Self::of_table(&own, folder, map_file, map, objects)?;
+            let (key, file) = ("prior.file", folder.join(file));
+            let earlier = BeliefFile::load(&file).map_err(|source| Fault::MapFile { key, source })?;
+            return own.after(key, &file, &earlier, map);
         }
         let prior = Self::of_cells(table, folder, map_file, map, objects)?;
         match table.rest_of_world {
@@ -119,11 +152,14 @@ impl Prior {
     ///
     /// Of one subject, the earlier search says with which probability it is in no cell that both searches have, and this
     /// prior how that is shared among its other cells and its own rest of the world.
-    fn after(self, file: &Path, map: &MapFile) -> Result<Self, Fault> {
-        let key = "prior.file";
-        let fault = |source| Fault::MapFile { key, source };
-        let earlier = BeliefFile::load(file).map_err(fault)?;
-        let moved = earlier.moved_to(file, map).map_err(fault)?;
+    fn after(
+        self,
+        key: &'static str,
+        file: &Path,
+        earlier: &BeliefFile,
+        map: &MapFile,
+    ) -> Result<Self, Fault> {
+        let moved = earlier.moved_to(file, map).map_err(|source| Fault::MapFile { key, source })?;
         let own = self.belief.probabilities();
         let uncovered: Vec<f64> =
             own.iter().zip(&moved.covered).map(|(own, covered)| own * (1.0 - covered)).collect();
@@ -154,12 +190,15 @@ impl Prior {
             let allowed = "some probability that the subject is in the area";
             return Err(Invalid::new(key, "sure that the subject is elsewhere", allowed).into());
         }
-        Ok(Self { belief, claims: None, one_subject, is_continued: true, ..self })
+        let covered = |cell: Cell| moved.covered[cell.index()];
+        let searched = map.terrain.searched_cells();
+        let share = searched.map(covered).sum::<f64>() / map.terrain.searched_cells().count() as f64;
+        Ok(Self { belief, claims: None, one_subject, continued: Some(share), ..self })
     }
 
     /// Checks that nothing is found before the first observation, except by an earlier search.
     pub(super) fn check_undecided(&self, terrain: &Terrain, detection_threshold: f64) -> Result<(), Invalid> {
-        if self.is_continued {
+        if self.continued.is_some() {
             return Ok(());
         }
         let Some(cell) =
@@ -182,14 +221,40 @@ impl Prior {
         terrain: &Terrain,
     ) -> Result<Self, Fault> {
         let belief = of_probabilities(key, &prior.probability, terrain)?;
-        Ok(Self { belief, claims: Some(prior.claims), areas, one_subject: None, is_continued: false })
+        Ok(Self { belief, claims: Some(prior.claims), areas, one_subject: None, continued: None })
     }
 }
 
 impl From<Belief> for Prior {
     fn from(belief: Belief) -> Self {
-        Self { belief, claims: None, areas: Areas::default(), one_subject: None, is_continued: false }
+        Self { belief, claims: None, areas: Areas::default(), one_subject: None, continued: None }
     }
+}
+
+/// An earlier search for one subject and one for several do not mean the same by a probability.
+fn check_same_kind(
+    file: &Path,
+    earlier: &BeliefFile,
+    is_for_one: bool,
+    objects: &Objects,
+) -> Result<(), MapFileError> {
+    let (found, allowed) = match (earlier.rest_of_world.is_some(), is_for_one) {
+        (true, false) => (
+            "one subject",
+            format!(
+                "what the scenario seeks, {objects} in cells that are independent of each other; or prior.rest_of_world in \
+                 the scenario, which then seeks one subject too"
+            ),
+        ),
+        (false, true) => (
+            "objects in cells that are independent of each other",
+            "one subject, as the scenario seeks; dragnet export RECORDING --to FILE.belief.json writes a prior.file of \
+             several objects, of which the scenario seeks one"
+                .to_owned(),
+        ),
+        (true, true) | (false, false) => return Ok(()),
+    };
+    Err(MapFileError::value(file, "what it sought", found, allowed))
 }
 
 fn uniform(key: &str, probability: f64, terrain: &Terrain) -> Result<Belief, Invalid> {

@@ -69,8 +69,9 @@ impl Facts {
     pub(super) const KIND: &str = "kind";
     pub(super) const POA: &str = "poa";
     pub(super) const SPREAD: &str = "spread_meters";
+    pub(super) const QUARTILES: &str = "quartiles_meters";
     const POD: &str = "pod";
-    const KEYS: [&str; 3] = [Self::KIND, Self::POA, Self::SPREAD];
+    const KEYS: [&str; 4] = [Self::KIND, Self::POA, Self::SPREAD, Self::QUARTILES];
 
     /// Stores a property whose key has a meaning.
     pub(super) fn add_property(&mut self, key: &str, value: &str) {
@@ -191,15 +192,17 @@ fn known_key(key: &str) -> Option<&'static str> {
 
 /// Whether a text is one of the kinds that do not occur by chance.
 fn is_kind(text: &str) -> bool {
-    matches!(words(text).join(" ").as_str(), NO_GO_WORD | "last known position")
+    matches!(words(text).join(" ").as_str(), NO_GO_WORD | "last known position" | "linear feature")
 }
 
 /// Whether a key is one of Dragnet's, in any spelling: `kind`, `POA (%)`, `spread m`.
 fn is_own_key(key: &str) -> bool {
     let words = words(key);
     match words.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
-        ["kind" | "poa" | "spread"] => true,
-        [first, second] => [first, second].iter().any(|word| matches!(**word, "poa" | "spread")),
+        ["kind" | "poa" | "spread" | "quartiles"] => true,
+        [first, second] => {
+            [first, second].iter().any(|word| matches!(**word, "poa" | "spread" | "quartiles"))
+        }
         _ => false,
     }
 }
@@ -255,6 +258,7 @@ impl Shapes {
         let is_beside = match purpose {
             Purpose::Search(_) | Purpose::Prior { .. } => [false, true, true],
             Purpose::NoGo(..) => [false, false, true],
+            Purpose::LinearFeature { .. } => [true, false, true],
             Purpose::LastKnownPosition { .. } | Purpose::Start(_) => [true, true, false],
         };
         let counts = [self.polygons.len(), self.lines.len(), self.points.len()];

@@ -6,7 +6,7 @@ use geo::{LineString, MultiLineString, MultiPolygon};
 use geojson::{Feature as Drawn, FeatureCollection, GeoJson, Geometry, GeometryValue, JsonObject, JsonValue};
 
 use super::feature::{Facts, Feature, Shapes};
-use super::{Area, Purpose, unique};
+use super::{Area, Purpose, Spread, unique};
 use crate::map_file::MapFileError;
 
 pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileError> {
@@ -156,8 +156,15 @@ pub(super) fn feature_of(area: &Area) -> Drawn {
     if let Some(poa) = area.purpose.poa() {
         properties.insert(Facts::POA.into(), poa.into());
     }
-    if let Purpose::LastKnownPosition { spread_meters, .. } = &area.purpose {
-        properties.insert(Facts::SPREAD.into(), (*spread_meters).into());
+    match &area.purpose {
+        Purpose::LastKnownPosition { spread: Spread::Normal(meters), .. } => {
+            properties.insert(Facts::SPREAD.into(), (*meters).into());
+        }
+        Purpose::LastKnownPosition { spread: Spread::Quartiles(quartiles), .. }
+        | Purpose::LinearFeature { quartiles, .. } => {
+            properties.insert(Facts::QUARTILES.into(), quartiles.meters().to_vec().into());
+        }
+        Purpose::Search(_) | Purpose::NoGo(..) | Purpose::Prior { .. } | Purpose::Start(_) => {}
     }
     Drawn { properties: Some(properties), ..Drawn::from(Geometry::new(geometry(&area.purpose))) }
 }
@@ -170,6 +177,7 @@ fn geometry(purpose: &Purpose) -> GeometryValue {
         Purpose::NoGo(region, lines) => GeometryValue::GeometryCollection {
             geometries: vec![Geometry::new(multi_polygon(region)), Geometry::new(multi_line(lines))],
         },
+        Purpose::LinearFeature { lines, .. } => multi_line(lines),
         Purpose::LastKnownPosition { point, .. } | Purpose::Start(point) => {
             GeometryValue::Point { coordinates: [point.longitude_degrees, point.latitude_degrees].into() }
         }

@@ -1,12 +1,12 @@
 //! Tracks, routes and waypoints of GPS receivers as areas (GPX 1.0 and 1.1, `.gpx`). A track that was walked around an area, or a
-//! route planned around it, is a polygon; each segment of a track is one. Descriptions and comments say of which kind, as in KML.
+//! route planned around it, is a polygon; each segment of a track is one. One of kind `linear_feature` is a line. Descriptions and comments say of which kind, as in KML.
 
 use std::path::Path;
 
 use geo::{Distance, Haversine, Point};
 use roxmltree::Node;
 
-use super::feature::{Facts, Feature, Position};
+use super::feature::{Facts, Feature, Position, Shapes};
 use super::kind;
 use super::kml::{is, parsed, text_of};
 use crate::map_file::MapFileError;
@@ -37,7 +37,16 @@ pub(super) fn features(file: &Path, text: &str) -> Result<Vec<Feature>, MapFileE
             for name in ["desc", "cmt"] {
                 feature.facts.describe(&text_of(node, name).unwrap_or_default());
             }
+            let lines = |shapes: &mut Shapes, points: Vec<Position>| {
+                shapes.lines.extend((!points.is_empty()).then_some(points));
+            };
             match element {
+                "trk" if kind::is_linear(&feature) => {
+                    for segment in node.children().filter(|node| is(*node, "trkseg")) {
+                        lines(&mut feature.shapes, points(segment, "trkpt"));
+                    }
+                }
+                "rte" if kind::is_linear(&feature) => lines(&mut feature.shapes, points(node, "rtept")),
                 "trk" => {
                     for segment in node.children().filter(|node| is(*node, "trkseg")) {
                         feature.shapes.polygons.extend(polygon(

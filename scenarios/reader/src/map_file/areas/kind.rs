@@ -5,7 +5,7 @@ use std::path::Path;
 use geo::{LineString, MultiLineString, MultiPolygon};
 
 use super::feature::{Conflict, Facts, Feature, number};
-use super::{Area, Purpose, rings};
+use super::{Area, Purpose, Quartiles, Spread, rings};
 use crate::map_file::MapFileError;
 use crate::map_file::georeference::GeoPoint;
 
@@ -13,6 +13,7 @@ pub(super) const SEARCH: &str = "search";
 pub(super) const NO_GO: &str = "no_go";
 pub(super) const PRIOR: &str = "prior";
 pub(super) const LAST_KNOWN_POSITION: &str = "last_known_position";
+pub(super) const LINEAR_FEATURE: &str = "linear_feature";
 pub(super) const START: &str = "start";
 
 /// Kinds that an export adds to the areas of its mission, which are not inputs of a search.
@@ -24,7 +25,7 @@ pub(super) const TRACK: &str = "track";
 const MAX_SPREAD_METERS: f64 = 100_000.0;
 
 /// The area of a feature; `None` if it is not one of Dragnet's. Without a kind, polygons are search areas or, with a
-/// probability, prior regions; a point with a probability is a last known position. The faults of polygons that were
+/// probability, prior regions; a point with a probability is a last known position, a line with quartiles a linear feature. The faults of polygons that were
 /// mended are added to `mended`.
 pub(super) fn area(
     file: &Path,
@@ -38,6 +39,7 @@ pub(super) fn area(
         SEARCH => Purpose::Search(polygons(file, feature, kind, mended)?),
         NO_GO => no_go(file, feature, mended)?,
         PRIOR => Purpose::Prior { region: polygons(file, feature, kind, mended)?, poa: poa(file, feature)? },
+        LINEAR_FEATURE => linear_feature(file, feature)?,
         START => Purpose::Start(point(file, feature, kind)?),
         _ => last_known_position(file, feature)?,
     };
@@ -86,6 +88,11 @@ pub(super) fn is_result(feature: &Feature) -> bool {
     feature.facts.get(Facts::KIND).is_some_and(|word| EXPORTED.contains(&plain(word).as_str()))
 }
 
+/// Whether a feature says that it is a linear feature.
+pub(super) fn is_linear(feature: &Feature) -> bool {
+    feature.facts.get(Facts::KIND).is_some_and(|word| plain(word) == LINEAR_FEATURE)
+}
+
 fn plain(word: &str) -> String {
     word.to_lowercase().replace([' ', '-'], "_")
 }
@@ -101,9 +108,11 @@ fn kind_unsaid(file: &Path, feature: &Feature) -> Result<Option<&'static str>, M
     }
     let shapes = &feature.shapes;
     let is_likely = feature.facts.get(Facts::POA).is_some();
+    let is_line = !shapes.lines.is_empty() && shapes.points.is_empty();
     match (shapes.polygons.is_empty(), is_likely) {
         (false, false) => Ok(Some(SEARCH)),
         (false, true) => Ok(Some(PRIOR)),
+        (true, _) if is_line && feature.facts.get(Facts::QUARTILES).is_some() => Ok(Some(LINEAR_FEATURE)),
         (true, _) if feature.facts.are_some() && shapes.points.len() == 1 => Ok(Some(LAST_KNOWN_POSITION)),
         (true, _) if feature.facts.are_some() => {
             Err(wrong_shape(file, feature, "a likely place", "a polygon or one point"))
@@ -144,14 +153,42 @@ fn point(file: &Path, feature: &Feature, kind: &str) -> Result<GeoPoint, MapFile
 
 fn last_known_position(file: &Path, feature: &Feature) -> Result<Purpose, MapFileError> {
     let point = point(file, feature, LAST_KNOWN_POSITION)?;
-    let allowed = "meters above 0 to 100000";
-    let spread = feature.facts.get(Facts::SPREAD).unwrap_or("missing");
-    let spread_meters = spread
+    let spread = match (quartiles(file, feature)?, feature.facts.get(Facts::SPREAD)) {
+        (Some(_), Some(spread)) => {
+            let found = format!("{spread}, beside {}", Facts::QUARTILES);
+            return Err(invalid(file, feature, Facts::SPREAD, found, "one of the two"));
+        }
+        (Some(quartiles), None) => Spread::Quartiles(quartiles),
+        (None, spread) => Spread::Normal(spread_meters(file, feature, spread.unwrap_or("missing"))?),
+    };
+    Ok(Purpose::LastKnownPosition { point, spread, poa: poa(file, feature)? })
+}
+
+fn spread_meters(file: &Path, feature: &Feature, spread: &str) -> Result<f64, MapFileError> {
+    let allowed = "meters above 0 to 100000, or quartiles_meters instead";
+    spread
         .parse()
         .ok()
         .filter(|&meters: &f64| meters > 0.0 && meters <= MAX_SPREAD_METERS)
-        .ok_or_else(|| invalid(file, feature, Facts::SPREAD, spread, allowed))?;
-    Ok(Purpose::LastKnownPosition { point, spread_meters, poa: poa(file, feature)? })
+        .ok_or_else(|| invalid(file, feature, Facts::SPREAD, spread, allowed))
+}
+
+fn linear_feature(file: &Path, feature: &Feature) -> Result<Purpose, MapFileError> {
+    if feature.shapes.lines.is_empty() {
+        return Err(wrong_shape(file, feature, LINEAR_FEATURE, "a line"));
+    }
+    let lines: Result<Vec<LineString<f64>>, _> =
+        feature.shapes.lines.iter().map(|line| rings::line(file, &feature.place, line)).collect();
+    let quartiles = quartiles(file, feature)?
+        .ok_or_else(|| invalid(file, feature, Facts::QUARTILES, "missing", Quartiles::ALLOWED))?;
+    Ok(Purpose::LinearFeature { lines: MultiLineString(lines?), quartiles, poa: poa(file, feature)? })
+}
+
+/// The quartiles of a distance, if they are given.
+fn quartiles(file: &Path, feature: &Feature) -> Result<Option<Quartiles>, MapFileError> {
+    let Some(text) = feature.facts.get(Facts::QUARTILES) else { return Ok(None) };
+    let allowed = || invalid(file, feature, Facts::QUARTILES, text, Quartiles::ALLOWED);
+    Quartiles::parse(text).map(Some).ok_or_else(allowed)
 }
 
 /// A share, or a percentage with its sign: a bare 25 is ambiguous.

@@ -7,8 +7,8 @@
 //! p(c) = N sum over regions r of POA(r) w(r, c) + N rest(c),      sum over c of w(r, c) = 1
 //! ```
 //!
-//! where `w` is the share of the cell that a polygon covers, or the mass of a normal distribution in it, of searched
-//! cells only. The remaining probability, `1 - sum POA`, is spread evenly over the searched cells outside all polygons;
+//! where `w` is the share of the cell that a polygon covers, or the mass of a distribution by distance in it (`by_distance`,
+//! or a normal one), of searched cells only. The remaining probability, `1 - sum POA`, is spread evenly over the searched cells outside all polygons;
 //! if there are none it lies beyond the map.
 
 use std::path::Path;
@@ -17,7 +17,7 @@ use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::terrain::Terrain;
 use geo::{Area as _, BooleanOps, CoordsIter, MapCoords, MultiPolygon, Polygon};
 
-use super::{Area, Areas, Purpose};
+use super::{Area, Areas, Purpose, Spread, by_distance};
 use crate::map_file::MapFileError;
 use crate::map_file::georeference::{GeoPoint, Georeference};
 use crate::map_file::scanline::covered_cells;
@@ -72,7 +72,7 @@ pub struct Rest {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     /// Searched cells that it touches, by index, at least one: the share of each that a polygon covers, or the mass of a
-    /// normal distribution in it, above 0.
+    /// distribution by distance in it, above 0.
     pub shares: Vec<(Cell, f64)>,
     /// Share of the area's mass on them, 0 to 1.
     pub searched_share: f64,
@@ -131,9 +131,13 @@ impl Areas {
 }
 
 impl Areas {
-    /// The share of the search areas' ground that no region covers, 0 to 1; 0 with a last known position, which has no border.
+    /// The share of the search areas' ground that no region covers, 0 to 1; 0 with a last known position or a linear feature,
+    /// which have no border.
     pub(crate) fn unclaimed_share(&self) -> f64 {
-        if self.areas.iter().any(|area| matches!(area.purpose, Purpose::LastKnownPosition { .. })) {
+        let has_no_border = |area: &Area| {
+            matches!(area.purpose, Purpose::LastKnownPosition { .. } | Purpose::LinearFeature { .. })
+        };
+        if self.areas.iter().any(has_no_border) {
             return 0.0;
         }
         let of = |is_of: fn(&Purpose) -> bool| -> Vec<&Polygon<f64>> {
@@ -207,10 +211,18 @@ impl Area {
                 let region = region.map_coords(|corner| frame.cells(corner, cell_meters));
                 (covered_cells(terrain.grid(), &rings(&region)), region.unsigned_area())
             }
-            Purpose::LastKnownPosition { point, spread_meters, .. } => {
+            Purpose::LastKnownPosition { point, spread: Spread::Normal(meters), .. } => {
                 let (east, north) = frame.meters(*point);
                 let center = (east / cell_meters, north / cell_meters);
-                (normal_cells(terrain.grid(), center, spread_meters / cell_meters), 1.0)
+                (normal_cells(terrain.grid(), center, meters / cell_meters), 1.0)
+            }
+            Purpose::LastKnownPosition { point, spread: Spread::Quartiles(quartiles), .. } => {
+                (by_distance::cells(terrain, &[[frame.meters(*point); 2]], quartiles), 1.0)
+            }
+            Purpose::LinearFeature { lines, quartiles, .. } => {
+                let ends = lines.iter().flat_map(geo::LineString::lines);
+                let ends = ends.map(|line| [line.start, line.end].map(|end| frame.meters(end.into())));
+                (by_distance::cells(terrain, &ends.collect::<Vec<_>>(), quartiles), 1.0)
             }
             Purpose::Start(_) => (Vec::new(), 1.0),
         };
@@ -245,6 +257,7 @@ impl Area {
             Purpose::NoGo(region, lines) => {
                 region.coords_iter().chain(lines.coords_iter()).map(GeoPoint::from).collect()
             }
+            Purpose::LinearFeature { lines, .. } => lines.coords_iter().map(GeoPoint::from).collect(),
             Purpose::LastKnownPosition { point, .. } | Purpose::Start(point) => vec![*point],
         }
     }

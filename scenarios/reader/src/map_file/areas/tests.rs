@@ -6,7 +6,7 @@ use geo::Area as _;
 use proptest::prelude::*;
 
 use super::*;
-use crate::map_file::Georeference;
+use crate::map_file::{Georeference, MapFile};
 use crate::mentions::assert_mentions;
 
 /// Output of Google Earth, `CalTopo` and QGIS.
@@ -74,7 +74,10 @@ fn the_kind_of_each_placemark_is_read_from_a_kml() {
     assert_eq!(read.areas[0].purpose.polygons()[0].interiors().len(), 1, "whichever boundary comes first");
     assert_eq!(read.areas[2].purpose.poa(), Some(0.25));
     let point = GeoPoint { longitude_degrees: 0.001, latitude_degrees: 0.002 };
-    assert_eq!(read.areas[3].purpose, Purpose::LastKnownPosition { point, spread_meters: 150.0, poa: 0.5 });
+    assert_eq!(
+        read.areas[3].purpose,
+        Purpose::LastKnownPosition { point, spread: Spread::Normal(150.0), poa: 0.5 }
+    );
 }
 
 #[test]
@@ -552,6 +555,108 @@ fn a_last_known_position_spreads_as_a_normal_distribution() {
     let east = sum_in(&prior, |it| it.column >= 6);
     assert!((east - 0.211_855).abs() < 1e-4, "{east}");
     assert!(prior.claims.regions[0].searched_share > 0.999);
+}
+
+/// A moor of 3.3 by 2.2 km at the equator, and a trail through it from the south to the north.
+const TRAIL: &str = r#"{"type":"FeatureCollection","features":[
+{"type":"Feature","properties":{"name":"Moor"},"geometry":{"type":"Polygon","coordinates":
+    [[[0,0],[0.03,0],[0.03,0.02],[0,0.02],[0,0]]]}},
+{"type":"Feature","properties":{"kind":"linear_feature","name":"Trail","poa":1,"quartiles_meters":[30,100,300,900]},
+    "geometry":{"type":"LineString","coordinates":[[0.01,-0.001],[0.01,0.021]]}}]}"#;
+
+/// The share of the prior within these distances of the trail.
+fn shares_of_trail(text: &str, cell_meters: f64, distances: [f64; 4]) -> [f64; 4] {
+    let (file, areas) = (Path::new("a.geojson"), Areas::from_geojson(Path::new("a.geojson"), text).unwrap());
+    let map = MapFile::of_areas(file, areas.clone(), cell_meters).unwrap();
+    let (terrain, frame) = (&map.terrain, map.georeference.unwrap());
+    let prior = areas.prior(file, &frame, terrain, 1.0).unwrap().unwrap();
+    let trail = frame.meters(GeoPoint { longitude_degrees: 0.01, latitude_degrees: 0.0 }).0;
+    distances.map(|distance| {
+        let inside = |column: u32| {
+            let (west, east) = (f64::from(column) * cell_meters, f64::from(column + 1) * cell_meters);
+            (east.min(trail + distance) - west.max(trail - distance)).max(0.0) / cell_meters
+        };
+        let cells = terrain.searched_cells();
+        cells.map(|cell| prior.probability[cell.index()] * inside(terrain.grid().position(cell).column)).sum()
+    })
+}
+
+#[test]
+fn a_linear_feature_has_the_entered_shares_within_their_distances_in_cells_of_any_size() {
+    let distances = [30.0, 100.0, 300.0, 900.0];
+    for cell_meters in [10.0, 20.0, 30.0, 50.0, 100.0] {
+        let given = shares_of_trail(TRAIL, cell_meters, distances);
+        for ((given, share), distance) in given.iter().zip([0.25, 0.5, 0.75, 0.95]).zip(distances) {
+            // What is narrower than a cell is spread over it.
+            if distance < 1.5 * cell_meters {
+                continue;
+            }
+            assert!((given - share).abs() < 0.02, "{cell_meters} m: {given} for {share}");
+        }
+    }
+}
+
+#[test]
+fn linear_features_and_places_with_quartiles_are_read_and_written_alike() {
+    let areas = Areas::from_geojson(Path::new("a.geojson"), TRAIL).unwrap();
+    let quartiles = Quartiles::new([30.0, 100.0, 300.0, 900.0]).unwrap();
+    let Purpose::LinearFeature { quartiles: given, poa, .. } = &areas.areas[1].purpose else {
+        panic!("{areas:?}")
+    };
+    assert!(*given == quartiles && (poa - 1.0).abs() < 1e-12);
+    let again = Areas::from_geojson(Path::new("a.geojson"), &areas.to_geojson()).unwrap();
+    assert_eq!(again.areas, areas.areas);
+    // A line with quartiles needs no kind, and neither does a point.
+    let bare = TRAIL.replace(r#""kind":"linear_feature","#, "");
+    assert_eq!(Areas::from_geojson(Path::new("a.geojson"), &bare).unwrap().areas, areas.areas);
+    let point = TRAIL
+        .replace(r#""kind":"linear_feature","#, "")
+        .replace("LineString", "Point")
+        .replace("[[0.01,-0.001],[0.01,0.021]]", "[0.01,0.01]");
+    let areas = Areas::from_geojson(Path::new("a.geojson"), &point).unwrap();
+    let purpose = &areas.areas[1].purpose;
+    let spread = Spread::Quartiles(quartiles);
+    assert!(
+        matches!(purpose, Purpose::LastKnownPosition { spread: given, .. } if *given == spread),
+        "{purpose:?}"
+    );
+    assert_eq!(Areas::from_geojson(Path::new("a.geojson"), &areas.to_geojson()).unwrap().areas, areas.areas);
+    // Lines of a description.
+    let described = kml(
+        "<kml><Placemark><name>Stream</name><description>kind: Linear feature&lt;br&gt;poa: 25%&lt;br&gt;quartiles_meters: 30, \
+         100, 300, 900</description><LineString><coordinates>8,47 8.01,47</coordinates></LineString></Placemark></kml>",
+    );
+    let described = described.unwrap();
+    assert!(matches!(described.areas[0].purpose, Purpose::LinearFeature { .. }), "{described:?}");
+    let track = "<gpx><trk><name>Path</name><desc>kind: linear_feature\nquartiles_meters: 30, 100, 300, 900\npoa: 0.5</desc>\
+                 <trkseg><trkpt lat='47' lon='8'/><trkpt lat='47.01' lon='8'/></trkseg></trk></gpx>";
+    let track = Areas::from_bytes(Path::new("a.gpx"), track.as_bytes().to_vec()).unwrap();
+    assert!(matches!(track.areas[0].purpose, Purpose::LinearFeature { .. }), "{track:?}");
+}
+
+#[test]
+fn invalid_distances_are_rejected() {
+    let check = |from: &str, to: &str, message: &str| {
+        let error = Areas::from_geojson(Path::new("a.geojson"), &TRAIL.replace(from, to)).unwrap_err();
+        assert_mentions(&error.to_string(), message);
+    };
+    let quartiles = r#""quartiles_meters":[30,100,300,900]"#;
+    let without = r#","quartiles_meters":[30,100,300,900]"#;
+    check(without, "", "\"Trail\", quartiles_meters is missing .. four distances .. each above");
+    check("[30,100,300,900]", "[30,100,300]", "quartiles_meters is [30,100,300] .. four distances");
+    check("[30,100,300,900]", "\"30, 20, 300, 900\"", "quartiles_meters is 30, 20, 300, 900");
+    check(r#""poa":1,"#, "", "poa .. missing");
+    let polygon = "[[[0.01,0],[0.02,0],[0.02,0.01],[0.01,0]]]";
+    let drawn = TRAIL.replace("LineString", "Polygon").replace("[[0.01,-0.001],[0.01,0.021]]", polygon);
+    let error = Areas::from_geojson(Path::new("a.geojson"), &drawn).unwrap_err().to_string();
+    assert_mentions(&error, "linear_feature drawn as 1 polygon .. a line");
+    let both = TRAIL
+        .replace("linear_feature", "last_known_position")
+        .replace(quartiles, &format!("{quartiles},\"spread_meters\":100"))
+        .replace("LineString", "Point")
+        .replace("[[0.01,-0.001],[0.01,0.021]]", "[0.01,0.01]");
+    let error = Areas::from_geojson(Path::new("a.geojson"), &both).unwrap_err().to_string();
+    assert_mentions(&error, "spread_meters is 100, beside quartiles_meters .. one of the two");
 }
 
 #[test]
