@@ -1,6 +1,7 @@
 //! The state of a recorded mission at a time, with its position on the earth.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use dragnet_coordinator::finds::Find;
 use dragnet_coordinator::fold::MissionFold;
@@ -10,11 +11,12 @@ use dragnet_coordinator::segment::{SegmentRow, Segments};
 use dragnet_coordinator::track::Track;
 use dragnet_proto::marks::Marks;
 use dragnet_proto::message::Detection;
+use dragnet_proto::picture::Picture;
 use dragnet_proto::verdict::{Decision, Verdicts};
 use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::cell::Cell;
+use dragnet_search::cell::{Cell, Position};
 use dragnet_search::mark::{Clue, Searched};
 use dragnet_search::observation::RobotId;
 use dragnet_search::one_subject::Standing;
@@ -52,6 +54,10 @@ pub struct Account {
     pub verdicts: Verdicts,
     /// The operator's marks.
     pub marks: Marks,
+    /// The best picture of each find, as far as robots have sent any.
+    pub pictures: BTreeMap<Cell, Arc<Picture>>,
+    /// The folder of their files, as the exported file names it: beside it.
+    pub pictures_folder: String,
     /// The cells of each robot, in the order of its own clock; repeated where it waited.
     pub tracks: BTreeMap<RobotId, Vec<Visit>>,
     /// The plans of robots that move: position and cells to enter from there.
@@ -124,6 +130,8 @@ impl Account {
             dismissed: fold.mission.finds().into_iter().filter(|find| !find.is_declared).collect(),
             verdicts: fold.mission.verdicts().clone(),
             marks: fold.mission.marks().clone(),
+            pictures: fold.mission.pictures().clone(),
+            pictures_folder: "pictures".to_owned(),
             plans: fold.plans(),
             total: table.total,
             segments: rows,
@@ -141,6 +149,13 @@ impl Account {
     pub fn speed_meters_per_second(&self, robot: RobotId) -> f64 {
         let known = self.speeds_meters_per_second.get(robot.index());
         known.copied().unwrap_or(USUAL_SPEED_METERS_PER_SECOND)
+    }
+
+    /// The path of a find's picture, from the exported file on, if there is one: `pictures/find-3-12.jpg` in row 3, column 12.
+    #[must_use]
+    pub fn picture_file(&self, cell: Cell) -> Option<String> {
+        let Position { row, column } = self.terrain.grid().position(cell);
+        self.pictures.contains_key(&cell).then(|| format!("{}/find-{row}-{column}.jpg", self.pictures_folder))
     }
 
     /// What the operator has decided about a find: `confirmed` or `dismissed`.

@@ -2,14 +2,14 @@
 //!
 //! | `kind` | geometry | further properties |
 //! |---|---|---|
-//! | `found` | Point | `probability`, `operator`, `declared_at`, `declared_seconds`, `row`, `column` |
-//! | `dismissed` | Point | `operator`, `dismissed_at`, `dismissed_seconds`, `row`, `column` |
+//! | `found` | Point | `probability`, `operator`, `declared_at`, `declared_seconds`, `row`, `column`, `picture` |
+//! | `dismissed` | Point | `operator`, `dismissed_at`, `dismissed_seconds`, `row`, `column`, `picture` |
 //! | `clue` | Point | `note`, `ratio`, `radius_meters`, `marked_at`, `marked_seconds`, `row`, `column` |
 //! | `searched` | `MultiPolygon` | `note`, `pod`, `cells`, `marked_at`, `marked_seconds` |
 //! | `track` | `LineString` | `robot`, `coordTimes` |
 //! | `cleared` | `MultiPolygon` | `pod_from`, `pod_to`, `cells` |
 //!
-//! `operator` is what the operator has decided about a find: `confirmed`, `dismissed` or null. A dismissed find that was found
+//! `picture` is the path of a robot's picture of a find, or null. `operator` is what the operator has decided about a find: `confirmed`, `dismissed` or null. A dismissed find that was found
 //! again is `found`. `clue` and `searched` are what the operator has marked, as far as it was not withdrawn. An area that was searched has `poa`, `pod`, `pos` and `cells`. In a search for one subject it has
 //! `probability_now` too, and the collection `subject`: the probabilities that the subject is in a declared cell (`pos`), in
 //! another searched cell (`remaining`), and outside (`rest_of_world`). When the file is read as a map, these features are
@@ -116,6 +116,7 @@ fn found(account: &Account, number: usize, object: &Detection) -> Feature {
         "name": format!("Object {number}"),
         "probability": object.probability,
         "operator": account.operator(object.cell),
+        "picture": account.picture_file(object.cell),
         "declared_at": wall_time(account.start_unix_ns, time),
         "declared_seconds": time.as_seconds(),
         "row": cell.row,
@@ -130,6 +131,7 @@ fn dismissed(account: &Account, number: usize, find: &Find) -> Feature {
         "kind": "dismissed",
         "name": format!("Dismissed {number}"),
         "operator": account.operator(find.cell),
+        "picture": account.picture_file(find.cell),
         "dismissed_at": wall_time(account.start_unix_ns, find.since),
         "dismissed_seconds": find.since.as_seconds(),
         "row": cell.row,

@@ -31,7 +31,8 @@ pub fn text(account: &Account) -> String {
                 found(writer, account, number, object)?;
             }
             for (number, time, clue, note) in account.clues() {
-                waypoint(writer, account, (clue.cell, time), &format!("Clue {number}"), &note)?;
+                let texts = [format!("Clue {number}"), note];
+                waypoint(writer, account, (clue.cell, time), [&texts[0], &texts[1]], None)?;
             }
             account.tracks.iter().try_for_each(|(robot, visits)| track(writer, account, *robot, visits))
         })?;
@@ -43,15 +44,16 @@ fn found(writer: &mut Document, account: &Account, number: usize, object: &Detec
     let operator = account.operator(object.cell).map_or_else(String::new, |word| format!(", {word} by hand"));
     let description = format!("probability {:.4}{operator}", object.probability);
     let at = (object.cell, MissionTime(object.time_ns));
-    waypoint(writer, account, at, &format!("Object {number}"), &description)
+    let picture = account.picture_file(object.cell);
+    waypoint(writer, account, at, [&format!("Object {number}"), &description], picture.as_deref())
 }
 
 fn waypoint(
     writer: &mut Document,
     account: &Account,
     (cell, time): (Cell, MissionTime),
-    name: &str,
-    description: &str,
+    [name, description]: [&str; 2],
+    picture: Option<&str>,
 ) -> io::Result<()> {
     let (latitude, longitude) = degrees(account.point(cell));
     let point = writer
@@ -60,7 +62,11 @@ fn waypoint(
     point.write_inner_content(|writer| {
         xml::element(writer, "time", &wall_time(account.start_unix_ns, time))?;
         xml::element(writer, "name", name)?;
-        xml::element(writer, "desc", description)
+        xml::element(writer, "desc", description)?;
+        if let Some(file) = picture {
+            writer.create_element("link").with_attribute(("href", file)).write_empty()?;
+        }
+        Ok(())
     })?;
     Ok(())
 }

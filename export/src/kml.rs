@@ -6,6 +6,7 @@ use dragnet_coordinator::finds::Find;
 use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, GeoPoint, Purpose};
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
 use dragnet_search::mark::{Clue, Searched};
 use dragnet_search::observation::RobotId;
 use geo::{LineString, Polygon};
@@ -104,6 +105,7 @@ fn folder(
 fn found(writer: &mut Document, account: &Account, number: usize, object: &Detection) -> io::Result<()> {
     let when = wall_time(account.start_unix_ns, MissionTime(object.time_ns));
     placemark(writer, &format!("Object {number}"), |writer| {
+        picture(writer, account, object.cell)?;
         writer
             .create_element("TimeStamp")
             .write_inner_content(|writer| xml::element(writer, "when", &when))?;
@@ -117,6 +119,7 @@ fn found(writer: &mut Document, account: &Account, number: usize, object: &Detec
 fn dismissed(writer: &mut Document, account: &Account, number: usize, find: &Find) -> io::Result<()> {
     let when = wall_time(account.start_unix_ns, find.since);
     placemark(writer, &format!("Dismissed {number}"), |writer| {
+        picture(writer, account, find.cell)?;
         writer
             .create_element("TimeStamp")
             .write_inner_content(|writer| xml::element(writer, "when", &when))?;
@@ -245,6 +248,19 @@ fn placemark(
         fill(writer)
     })?;
     Ok(())
+}
+
+/// A description in HTML that shows a find's picture, if there is one.
+fn picture(writer: &mut Document, account: &Account, cell: Cell) -> io::Result<()> {
+    let Some(file) = account.picture_file(cell) else { return Ok(()) };
+    let source = account.pictures.get(&cell).map(|picture| picture.facts.source()).unwrap_or_default();
+    let text = [&file, &source].map(|text| html(text));
+    xml::element(writer, "description", &format!("<img src=\"{}\" width=\"320\"><br>{}", text[0], text[1]))
+}
+
+/// Text as HTML.
+fn html(text: &str) -> String {
+    quick_xml::escape::escape(text).into_owned()
 }
 
 fn data(writer: &mut Document, facts: &[(&str, String)]) -> io::Result<()> {

@@ -1,6 +1,7 @@
 //! `dragnet export`: a recorded mission for maps, GPS receivers and ground stations.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_coordinator::Ending;
@@ -8,6 +9,7 @@ use dragnet_coordinator::finds::of_subject;
 use dragnet_coordinator::playback::Playback;
 use dragnet_export::{Account, ExportError, belief, csv, geojson, gpx, kml, plan};
 use dragnet_proto::message::Detection;
+use dragnet_proto::picture::Picture;
 use dragnet_scenario::Places;
 use dragnet_scenario::map_file::{BeliefFile, GeoPoint, Purpose};
 use dragnet_scenario::time::MissionTime;
@@ -103,9 +105,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         complain("warning", &format!("{}: {what}", arguments.recording.display()));
     }
     let Exported { files, summary } = exported(arguments, format, &playback)?;
-    for (path, text) in files {
+    for (path, bytes) in files {
         let path = output::free("--to", &path, "no file is")?;
-        output::write(&path, text.as_bytes())?;
+        output::write(&path, &bytes)?;
         terminal::print(&format!("{}\n", path.display()))?;
     }
     Ok(terminal::print(&summary)?)
@@ -113,7 +115,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The files of a format, by path, and what is printed.
 struct Exported {
-    files: Vec<(PathBuf, String)>,
+    files: Vec<(PathBuf, Vec<u8>)>,
     summary: String,
 }
 
@@ -126,9 +128,25 @@ fn exported(arguments: &Arguments, format: Format, playback: &Playback) -> Resul
         Format::Plan => return plans(arguments, playback),
         Format::Belief => return believed(arguments, playback),
     };
-    let account = account(arguments, playback)?;
-    let files = vec![(arguments.to.clone(), text(&account))];
+    let mut account = account(arguments, playback)?;
+    let stem = arguments.to.file_stem().unwrap_or_default().to_string_lossy();
+    account.pictures_folder = format!("{stem}-pictures");
+    let pictures = if format == Format::Csv { Vec::new() } else { pictures(&arguments.to, &account)? };
+    let files = [(arguments.to.clone(), text(&account).into_bytes())].into_iter().chain(pictures).collect();
     Ok(Exported { files, summary: summary(&account) })
+}
+
+/// The pictures of finds, in a folder of their own beside a file.
+fn pictures(beside: &Path, account: &Account) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    let folder = beside.with_file_name(&account.pictures_folder);
+    if !account.pictures.is_empty() {
+        std::fs::create_dir_all(&folder)
+            .map_err(|error| Failure::Input(format!("--to {}: {error}", folder.display())))?;
+    }
+    let file = |(&cell, picture): (_, &Arc<Picture>)| {
+        Some((beside.with_file_name(account.picture_file(cell)?), picture.jpeg.to_vec()))
+    };
+    Ok(account.pictures.iter().filter_map(file).collect())
 }
 
 fn account(arguments: &Arguments, playback: &Playback) -> Result<Account, Failure> {
@@ -145,7 +163,7 @@ fn plans(arguments: &Arguments, playback: &Playback) -> Result<Exported, Failure
     let texts = plan::texts(&account).map_err(|error| of_recording(arguments, &error))?;
     let stem = arguments.to.file_stem().unwrap_or_default().to_string_lossy();
     let named = |robot| arguments.to.with_file_name(format!("{stem}-robot-{robot}.plan"));
-    let files = texts.into_iter().map(|(robot, text)| (named(robot), text)).collect();
+    let files = texts.into_iter().map(|(robot, text)| (named(robot), text.into_bytes())).collect();
     Ok(Exported { files, summary: summary(&account) })
 }
 
@@ -165,7 +183,7 @@ fn believed(arguments: &Arguments, playback: &Playback) -> Result<Exported, Fail
         None => format!("{expected:.2} objects expected in {cells}"),
     };
     let summary = format!("{content}; the next scenario names the file as prior.file\n");
-    Ok(Exported { files: vec![(to.clone(), belief.text())], summary })
+    Ok(Exported { files: vec![(to.clone(), belief.text().into_bytes())], summary })
 }
 
 /// The finds, and how thoroughly each area was searched.
