@@ -31,6 +31,9 @@ pub struct PictureFacts {
 }
 
 impl PictureFacts {
+    /// A picture is replaced once the quality of another is higher by this factor: a robot that approaches an object takes a
+    /// better one with every image.
+    pub const BETTER: f32 = 1.25;
     /// The most bytes of a name.
     pub const MAX_NAME_BYTES: usize = 64;
 

@@ -43,8 +43,6 @@ const PATIENCE: Duration = Duration::from_secs(3);
 const ASK: Duration = Duration::from_secs(2);
 /// and for a better one.
 const ASK_AGAIN: Duration = Duration::from_secs(10);
-/// A picture replaces one whose quality is lower by this factor.
-const BETTER: f32 = 1.25;
 /// The part of a limited rate that pictures take.
 const SHARE: f64 = 0.25;
 /// The fewest bytes that are asked for at a time, so that the facts beside them cost less.
@@ -223,7 +221,7 @@ impl Fetcher {
         let all = self.mission.expression(Selection::Pictures);
         let offers = self.ask(&all, PictureRequest { cell, first: 0, most: 0 }).await;
         let best = offers.into_iter().max_by(|a, b| a.facts.quality.total_cmp(&b.facts.quality))?;
-        if known.is_some_and(|known| best.facts.quality < BETTER * known) {
+        if known.is_some_and(|known| best.facts.quality < PictureFacts::BETTER * known) {
             return None;
         }
         let key = self.mission.key(Topic::Picture(best.facts.robot)).to_string();

@@ -27,8 +27,6 @@ const MOST_CROPS: usize = 4;
 const SIDE_PIXELS: u32 = 320;
 /// The part of a box that is shown around it on each side.
 const MARGIN: f64 = 0.5;
-/// A picture replaces one whose quality is lower by this factor: a robot that approaches an object takes a better one in every frame.
-const BETTER: f32 = 1.25;
 /// Qualities of JPEG, 1 to 100, of which the first is taken that is small enough.
 const JPEG_QUALITIES: [u8; 4] = [85, 70, 50, 30];
 
@@ -153,7 +151,7 @@ impl Pictures {
         let mut news = Vec::new();
         for find in pilot.finds() {
             let Some(Best { camera, time_ns, crop }) = self.by_track.get(&find.track) else { continue };
-            if self.taken.get(&find.cell).is_some_and(|&taken| crop.quality < BETTER * taken) {
+            if self.taken.get(&find.cell).is_some_and(|&taken| crop.quality < PictureFacts::BETTER * taken) {
                 continue;
             }
             self.taken.insert(find.cell, crop.quality);

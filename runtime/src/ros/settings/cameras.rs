@@ -14,10 +14,10 @@ pub struct Camera {
     /// `vision_msgs/Detection2DArray`: a detector's boxes in the camera's images.
     #[serde(default)]
     pub detections: String,
-    /// `sensor_msgs/Image`.
+    /// `sensor_msgs/Image`: for the `[detector]`, or beside `detections` for pictures of finds.
     #[serde(default)]
     pub image: String,
-    /// `sensor_msgs/CompressedImage`, JPEG or PNG.
+    /// `sensor_msgs/CompressedImage`, JPEG or PNG, in its place.
     #[serde(default)]
     pub compressed_image: String,
     /// `sensor_msgs/CameraInfo` of the images that boxes refer to: the camera's calibration, in place of the size and the
