@@ -143,6 +143,8 @@ fn camera(name: &str, seen: Option<&Result<Arc<MountedCamera>, String>>, seconds
 fn description(camera: &MountedCamera) -> String {
     let settings = camera.camera().settings();
     let (place, lens) = (settings.mounting, camera.lens());
+    // Not -0.
+    let whole_degrees = |radians: f64| radians.to_degrees().round() + 0.0;
     format!(
         "{} x {} pixels, {:.0} degrees wide; {:.2} m forward, {:.2} m left, {:.2} m up; it looks {:.0} degrees left of ahead \
          and {:.0} degrees down",
@@ -152,7 +154,7 @@ fn description(camera: &MountedCamera) -> String {
         place.x_meters,
         place.y_meters,
         settings.z_meters,
-        place.heading_radians.to_degrees(),
-        settings.pitch_radians.to_degrees(),
+        whole_degrees(place.heading_radians),
+        whole_degrees(settings.pitch_radians),
     )
 }
