@@ -39,8 +39,11 @@ pub(super) fn cells(terrain: &Terrain, lines: &[Line], quartiles: &Quartiles) ->
     let mut parts = parts(terrain, lines, quartiles);
     parts.sort_by(|a, b| a.meters.total_cmp(&b.meters).then(a.cell.cmp(&b.cell)));
     let mut mass = vec![0.0; terrain.grid().cell_count()];
-    let mut edges = quartiles.meters().into_iter().peekable();
-    let (mut begin, mut from) = (0, 0.0);
+    // The nearest ground may be far away: what lies before it is left out too.
+    let nearest = parts.first().map_or(0.0, |part| part.meters);
+    let first = if nearest > terrain.cell_meters() { nearest } else { 0.0 };
+    let mut edges = quartiles.meters().into_iter().filter(|&edge| edge > first).peekable();
+    let (mut begin, mut from) = (0, first);
     for end in 1..=parts.len() {
         let last = parts[end - 1].meters;
         let next = parts.get(end).map(|part| part.meters);
@@ -196,6 +199,27 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn distances_before_the_searched_ground_are_left_out() {
+        let quartiles = Quartiles::new([200.0, 500.0, 900.0, 2000.0]).unwrap();
+        for (meters_outside, cell_meters) in [(300.0, 20.0), (300.0, 50.0), (1500.0, 50.0)] {
+            let terrain = terrain(4000.0, cell_meters);
+            let place = [[(-meters_outside, 2000.0); 2]];
+            let mass = cells(&terrain, &place, &quartiles);
+            let before = quartiles.share_within(meters_outside);
+            for meters in [meters_outside + 200.0, 1700.0, 2000.0] {
+                let (given, share) =
+                    (within(&terrain, &mass, &place, meters), quartiles.share_within(meters));
+                assert!(
+                    (given - (share - before)).abs() < 0.03,
+                    "{meters_outside} {meters}: {given} {share} {before}"
+                );
+            }
+            let nearest = within(&terrain, &mass, &place, meters_outside + 2.0 * cell_meters);
+            assert!(nearest < 0.15, "nothing piles up at the border: {nearest}");
         }
     }
 

@@ -25,6 +25,8 @@ use crate::map_file::union::union;
 
 /// Standard deviations at which a normal distribution is cut off: less than 1e-14 lies beyond.
 const SPREADS: f64 = 8.0;
+/// Least share of distances on searched ground: with less, the place or the line is elsewhere.
+const LEAST_SHARE: f64 = 0.01;
 /// Tolerance for the sum of rounded shares.
 const WHOLE: f64 = 1.0 + 1e-9;
 
@@ -228,6 +230,15 @@ impl Area {
         };
         cells.retain(|&(cell, share)| share > 0.0 && terrain.is_searched(cell));
         let sum: f64 = cells.iter().map(|(_, share)| share).sum();
+        let has_quartiles = matches!(
+            self.purpose,
+            Purpose::LinearFeature { .. } | Purpose::LastKnownPosition { spread: Spread::Quartiles(_), .. }
+        );
+        if has_quartiles && sum < LEAST_SHARE {
+            let found = format!("with {:.2} % of its distances on searched ground", 100.0 * sum);
+            let allowed = format!("at least {:.0} %", 100.0 * LEAST_SHARE);
+            return Err(MapFileError::value(file, self.place(), found, allowed));
+        }
         if sum <= 0.0 {
             let allowed = "an area that touches at least one";
             return Err(MapFileError::value(file, self.place(), "on no searched cell", allowed));
