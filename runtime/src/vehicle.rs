@@ -48,7 +48,7 @@ use diagnostics::DiagnosticsAggregator;
 use frames::Frames;
 use interlocks::Interlocks;
 use measured::MeasuredCameras;
-use pictures::{BoxCrop, Pictures};
+use pictures::Pictures;
 use place::{Located, Moment, Places, planar};
 use topics::Topics;
 
@@ -120,8 +120,6 @@ pub(crate) struct Vehicle {
     sent_goal: Option<(NavigationGoal, Pose, MissionTime)>,
     drive: Option<Drive>,
     pictures: Pictures,
-    /// Cameras whose boxes come from another program.
-    detected_elsewhere: BTreeSet<Arc<str>>,
 }
 
 /// A path that the vehicle is to drive.
@@ -154,8 +152,7 @@ impl Vehicle {
             goals: Vec::new(),
             sent_goal: None,
             drive: None,
-            pictures: Pictures::default(),
-            detected_elsewhere: ros.detected_cameras().cloned().collect(),
+            pictures: Pictures::new(ros.cameras_with_pictures()),
         }
     }
 
@@ -182,8 +179,8 @@ impl Vehicle {
                     frame,
                 };
                 let size = self.size_pixels(&camera);
-                let crops = self.pictures.crops(&camera, stamp_unix_ns, &boxes, size);
-                return self.frame(now, &camera, taken, &boxes, crops);
+                self.pictures.take_boxes(&camera, taken.time_ns, stamp_unix_ns, &boxes, size);
+                return self.frame(now, &camera, taken, &boxes);
             }
             Incoming::Transforms(transforms) => return self.receive_transforms(now, topic, transforms),
             Incoming::StaticTransforms(transforms) => {
@@ -216,7 +213,8 @@ impl Vehicle {
                     stamp_ns: self.stamp_of(now, seen.time_ns),
                     frame: String::new(),
                 };
-                self.frame(now, &seen.camera, taken, &boxes, seen.crops)
+                self.pictures.put(&seen.camera, taken.time_ns, seen.crops);
+                self.frame(now, &seen.camera, taken, &boxes)
             }
             Err(reason) => {
                 self.refuse(&InputSource::Camera(seen.camera.to_string()), &reason);
@@ -245,6 +243,7 @@ impl Vehicle {
     /// The tracks, and the belief if it has changed or was not published for a while: to be called every [`SHOW`].
     /// The pilot gets the declared cells of a changed belief.
     pub(crate) fn show(&mut self, now: Now, belief: &Belief, has_changed: bool) -> Vec<Effect> {
+        self.tell_images(now);
         let mut shown = vec![Output::Diagnostics(self.aggregator.all()), Output::Tracks(self.tracks())];
         let mut news = None;
         self.unchanged += 1;
@@ -313,15 +312,7 @@ impl Vehicle {
         self.tell(now, Event::Pose(fix))
     }
 
-    fn frame(
-        &mut self,
-        now: Now,
-        camera: &Arc<str>,
-        taken: Taken,
-        boxes: &[DetectedBox],
-        crops: Vec<BoxCrop>,
-    ) -> Vec<Effect> {
-        self.pictures.put(camera, taken.time_ns, crops);
+    fn frame(&mut self, now: Now, camera: &Arc<str>, taken: Taken, boxes: &[DetectedBox]) -> Vec<Effect> {
         let boxes: Vec<DetectionBox> = boxes.iter().map(of_box).collect();
         if self.measured.contains(camera) {
             return self.measure(now, camera, taken, boxes);
@@ -329,6 +320,21 @@ impl Vehicle {
         let Taken { time_ns, .. } = taken;
         let (camera, detections) = (camera.to_string(), CameraDetections::Boxes(boxes));
         self.tell(now, Event::Frame(CameraFrame { time_ns, camera, head_radians: 0.0, detections }))
+    }
+
+    /// A camera's finds have no pictures if its images do not come, or have other stamps than its boxes.
+    fn tell_images(&mut self, now: Now) {
+        let names: Vec<String> = self.pilot.cameras().map(str::to_owned).collect();
+        for camera in names.iter().filter(|camera| self.pictures.are_for(camera)) {
+            let subject = format!("pictures, {camera}");
+            if self.pictures.lack(camera) {
+                let message =
+                    "no image comes with the stamp of its boxes, so that its finds have no pictures";
+                self.aggregator.note(now.mission, &subject, message);
+            } else {
+                self.aggregator.well(now.mission, &subject);
+            }
+        }
     }
 
     /// Columns and rows of the images that a camera's boxes refer to, if they are known.
@@ -340,8 +346,8 @@ impl Vehicle {
 
     /// A detector's boxes require images of the size in the camera's settings.
     fn receive_image(&mut self, now: Now, topic: &TopicName, camera: Arc<str>, image: Image) -> Vec<Effect> {
-        if self.detected_elsewhere.contains(&camera) {
-            self.pictures.wait(camera, image);
+        if self.pictures.are_for(&camera) {
+            self.pictures.take_image(camera, image);
             return Vec::new();
         }
         let Some([width, height]) = self.size_pixels(&camera) else {

@@ -293,6 +293,12 @@ impl Checked {
         self.subscriptions.iter().filter(move |one| is_image(one.kind)).map(|one| &one.camera)
     }
 
+    /// Cameras with images whose boxes come from another program.
+    pub(crate) fn cameras_with_pictures(&self) -> BTreeSet<Arc<str>> {
+        let images: BTreeSet<&Arc<str>> = self.cameras_with_images().collect();
+        self.detected_cameras().filter(|camera| images.contains(camera)).cloned().collect()
+    }
+
     /// Cameras whose boxes come from another program.
     pub(crate) fn detected_cameras(&self) -> impl Iterator<Item = &Arc<str>> {
         self.subscriptions.iter().filter(|one| one.kind == InputKind::Detections).map(|one| &one.camera)

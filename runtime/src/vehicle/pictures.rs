@@ -1,9 +1,9 @@
 //! What a vehicle's cameras have seen of its finds: of each track the best crop, and of each find a picture of it.
 //!
 //! Detections are assigned to tracks later than their image arrives, so the crops of the last frames wait for that. Images of
-//! a camera whose detector is another program wait for its boxes, which name the same stamp.
+//! a camera whose detector is another program wait for its boxes, which name the same stamp, or boxes for their image.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use dragnet_proto::picture::{Picture, PictureFacts};
@@ -42,11 +42,30 @@ pub(crate) struct Crop {
 /// A crop by the number of its box in the frame.
 pub(crate) type BoxCrop = (usize, Crop);
 
-/// The crops of a frame.
+/// A frame with boxes.
 struct Frame {
     camera: Arc<str>,
     time_ns: u64,
+    /// Its boxes, as long as their image is not here.
+    waiting: Option<Boxes>,
+    /// The tracks of boxes that wait, by the number of the box.
+    assigned: Vec<(usize, TrackId)>,
     crops: Vec<BoxCrop>,
+}
+
+impl Frame {
+    fn new(camera: &Arc<str>, time_ns: u64) -> Self {
+        let (waiting, assigned, crops) = (None, Vec::new(), Vec::new());
+        Self { camera: Arc::clone(camera), time_ns, waiting, assigned, crops }
+    }
+}
+
+/// Boxes of another program.
+struct Boxes {
+    stamp_unix_ns: i64,
+    boxes: Vec<DetectedBox>,
+    /// Of the images that they refer to.
+    size: Option<[u32; 2]>,
 }
 
 /// The best crop of a track.
@@ -72,6 +91,9 @@ pub(crate) struct FindPicture {
 /// The pictures of a vehicle.
 #[derive(Default)]
 pub(super) struct Pictures {
+    detected_elsewhere: BTreeSet<Arc<str>>,
+    /// Of these the cameras whose boxes wait for images in vain.
+    unmatched: BTreeSet<Arc<str>>,
     /// The oldest first.
     images: VecDeque<(Arc<str>, Image)>,
     /// The oldest first.
@@ -82,8 +104,36 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// An image waits for its boxes.
-    pub(super) fn wait(&mut self, camera: Arc<str>, image: Image) {
+    /// Pictures by cameras of which these have their images and another program's boxes.
+    pub(super) fn new(detected_elsewhere: BTreeSet<Arc<str>>) -> Self {
+        Self { detected_elsewhere, ..Self::default() }
+    }
+
+    /// Whether a camera's boxes come from another program, so that its images are for pictures alone.
+    pub(super) fn are_for(&self, camera: &str) -> bool {
+        self.detected_elsewhere.contains(camera)
+    }
+
+    /// An image of such a camera: for boxes that wait for it, or it waits for its boxes.
+    pub(super) fn take_image(&mut self, camera: Arc<str>, image: Image) {
+        let apart_ns = |waiting: &Boxes| waiting.stamp_unix_ns.abs_diff(image.stamp_unix_ns);
+        let is_near = |frame: &&mut Frame| {
+            frame.camera == camera
+                && frame.waiting.as_ref().is_some_and(|waiting| apart_ns(waiting) <= SAME_NS)
+        };
+        let near = self.frames.iter_mut().filter(is_near);
+        if let Some(frame) = near.min_by_key(|frame| frame.waiting.as_ref().map(apart_ns)) {
+            self.unmatched.remove(&camera);
+            let Some(Boxes { boxes, size, .. }) = frame.waiting.take() else { return };
+            frame.crops = crops(&image, &boxes, size);
+            // Meanwhile they may have got their tracks.
+            let assigned = std::mem::take(&mut frame.assigned);
+            let (camera, time_ns) = (Arc::clone(&frame.camera), frame.time_ns);
+            for (detection, track) in assigned {
+                self.assign(&Assigned { camera: camera.to_string(), time_ns, detection, track });
+            }
+            return;
+        }
         self.images.push_back((camera, image));
         let bytes =
             |images: &VecDeque<(Arc<str>, Image)>| images.iter().map(|(_, it)| it.rgb.len()).sum::<usize>();
@@ -92,34 +142,54 @@ impl Pictures {
         }
     }
 
-    /// The crops of an external detector's boxes, if the image of their stamp is here. `size` is that of the images that boxes
-    /// refer to, columns and rows, if it is known.
-    pub(super) fn crops(
+    /// An external detector's boxes: their image is here, or they wait for it. `size` is that of the images that boxes refer
+    /// to, columns and rows, if it is known.
+    pub(super) fn take_boxes(
         &mut self,
-        camera: &str,
+        camera: &Arc<str>,
+        time_ns: u64,
         stamp_unix_ns: i64,
         boxes: &[DetectedBox],
         size: Option<[u32; 2]>,
-    ) -> Vec<BoxCrop> {
+    ) {
+        if !self.are_for(camera) || boxes.is_empty() {
+            return;
+        }
         let apart_ns = |image: &Image| image.stamp_unix_ns.abs_diff(stamp_unix_ns);
-        let of_camera = self.images.iter().filter(|(name, _)| **name == *camera).map(|(_, image)| image);
+        let of_camera = self.images.iter().filter(|(name, _)| name == camera).map(|(_, image)| image);
         let nearest =
             of_camera.min_by_key(|image| apart_ns(image)).filter(|image| apart_ns(image) <= SAME_NS);
-        let crops = nearest.map(|image| crops(image, boxes, size)).unwrap_or_default();
+        if let Some(image) = nearest {
+            let crops = crops(image, boxes, size);
+            self.unmatched.remove(camera);
+            self.put(camera, time_ns, crops);
+        } else {
+            let waiting = Some(Boxes { stamp_unix_ns, boxes: boxes.to_vec(), size });
+            self.push(Frame { waiting, ..Frame::new(camera, time_ns) });
+        }
         // Boxes come in the order of images: no earlier one is needed.
-        self.images.retain(|(name, image)| **name != *camera || image.stamp_unix_ns >= stamp_unix_ns);
-        crops
+        self.images.retain(|(name, image)| name != camera || image.stamp_unix_ns >= stamp_unix_ns);
     }
 
     /// Crops wait for the tracks of their boxes.
     pub(super) fn put(&mut self, camera: &Arc<str>, time_ns: u64, crops: Vec<BoxCrop>) {
-        if crops.is_empty() {
-            return;
+        if !crops.is_empty() {
+            self.push(Frame { crops, ..Frame::new(camera, time_ns) });
         }
-        if self.frames.len() == MOST_FRAMES {
-            self.frames.pop_front();
+    }
+
+    fn push(&mut self, frame: Frame) {
+        if self.frames.len() == MOST_FRAMES
+            && let Some(Frame { camera, waiting: Some(_), .. }) = self.frames.pop_front()
+        {
+            self.unmatched.insert(camera);
         }
-        self.frames.push_back(Frame { camera: Arc::clone(camera), time_ns, crops });
+        self.frames.push_back(frame);
+    }
+
+    /// Whether the boxes of a camera wait for images in vain.
+    pub(super) fn lack(&self, camera: &str) -> bool {
+        self.unmatched.contains(camera)
     }
 
     /// The pilot has handled an event: keeps the better crops of the tracks that it has.
@@ -130,6 +200,9 @@ impl Pictures {
             let is_find = |id| pilot.finds().any(|find| find.track == id);
             self.by_track.retain(|&id, _| is_track(id) || is_find(id));
         }
+        if pilot.tracks().is_empty() {
+            self.frames.iter_mut().for_each(|frame| frame.assigned.clear());
+        }
         for assigned in pilot.assigned() {
             self.assign(assigned);
         }
@@ -138,6 +211,10 @@ impl Pictures {
     fn assign(&mut self, Assigned { camera, time_ns, detection, track }: &Assigned) {
         let is_same = |frame: &&mut Frame| *frame.camera == **camera && frame.time_ns == *time_ns;
         let Some(frame) = self.frames.iter_mut().rfind(is_same) else { return };
+        if frame.waiting.is_some() {
+            frame.assigned.push((*detection, *track));
+            return;
+        }
         let Some(place) = frame.crops.iter().position(|(number, _)| number == detection) else { return };
         let (_, crop) = frame.crops.swap_remove(place);
         if self.by_track.get(track).is_none_or(|best| crop.quality > best.crop.quality) {
@@ -312,19 +389,62 @@ mod tests {
         assert_eq!(numbers, [8, 7, 6, 5]);
     }
 
-    #[test]
-    fn boxes_meet_the_image_of_their_stamp() {
-        let mut pictures = Pictures::default();
+    /// Boxes with these stamps and images in this order; returns the number of crops of each frame.
+    fn matched(events: &[(i64, bool)]) -> Vec<usize> {
         let (front, back): (Arc<str>, Arc<str>) = ("front".into(), "back".into());
-        for stamp in [100_000_000, 200_000_000, 300_000_000] {
-            pictures.wait(Arc::clone(&front), image(stamp));
+        let mut pictures = Pictures::new([Arc::clone(&front), Arc::clone(&back)].into());
+        for &(milliseconds, is_image) in events {
+            let stamp = milliseconds * 1_000_000;
+            if is_image {
+                pictures.take_image(Arc::clone(&back), image(stamp));
+                pictures.take_image(Arc::clone(&front), image(stamp));
+            } else {
+                pictures.take_boxes(&front, stamp.unsigned_abs(), stamp, &[figure(0.9)], None);
+            }
         }
-        pictures.wait(Arc::clone(&back), image(200_000_000));
-        assert!(pictures.crops("front", 20_000_000, &[figure(0.9)], None).is_empty(), "too early");
-        assert_eq!(pictures.crops("front", 210_000_000, &[figure(0.9)], None).len(), 1);
-        assert_eq!(pictures.images.len(), 2, "earlier ones are not needed");
-        assert!(pictures.crops("front", 500_000_000, &[figure(0.9)], None).is_empty(), "too late");
-        assert_eq!(pictures.images.len(), 1, "that of the other camera");
+        pictures.frames.iter().map(|frame| frame.crops.len()).collect()
+    }
+
+    #[test]
+    fn boxes_meet_the_image_of_their_stamp_whichever_comes_first() {
+        let (boxes, image) = (|at| (at, false), |at| (at, true));
+        assert_eq!(matched(&[image(100), image(200), image(300), boxes(210)]), [1]);
+        assert_eq!(matched(&[boxes(210), image(100), image(200), image(300)]), [1]);
+        assert_eq!(matched(&[boxes(100), boxes(200), image(200), image(100)]), [1, 1]);
+        assert_eq!(matched(&[image(100), boxes(20), boxes(160)]), [0, 0], "too early and too late");
+        assert_eq!(
+            matched(&[image(100), image(200), boxes(200), boxes(100)]),
+            [1, 0],
+            "earlier images are gone"
+        );
+    }
+
+    #[test]
+    fn boxes_that_have_their_tracks_still_get_their_image() {
+        let front: Arc<str> = "front".into();
+        let mut pictures = Pictures::new([Arc::clone(&front)].into());
+        pictures.take_boxes(&front, 7, 100, &[figure(0.9)], None);
+        let track = TrackId(3);
+        pictures.assign(&Assigned { camera: "front".to_owned(), time_ns: 7, detection: 0, track });
+        assert!(pictures.by_track.is_empty());
+        pictures.take_image(Arc::clone(&front), image(100));
+        assert_eq!(pictures.by_track.keys().collect::<Vec<_>>(), [&track]);
+        assert!(pictures.images.is_empty(), "it waits no more");
+    }
+
+    #[test]
+    fn boxes_without_images_are_noticed() {
+        let front: Arc<str> = "front".into();
+        let mut pictures = Pictures::new([Arc::clone(&front)].into());
+        for time_ns in 0..=MOST_FRAMES as u64 {
+            assert!(!pictures.lack("front"));
+            pictures.take_boxes(&front, time_ns, time_ns.cast_signed(), &[figure(0.9)], None);
+        }
+        assert!(pictures.lack("front"));
+        pictures.take_image(front, image(60));
+        assert!(!pictures.lack("front"));
+        pictures.take_boxes(&"left".into(), 5, 5, &[figure(0.9)], None);
+        assert_eq!(pictures.frames.len(), MOST_FRAMES, "a camera without images");
     }
 
     #[test]
