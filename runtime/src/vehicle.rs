@@ -496,9 +496,10 @@ impl Vehicle {
             .enumerate()
             .min_by(|(_, one), (_, other)| meters_from(one).total_cmp(&meters_from(other)));
         let rest = drive.poses[nearest.map_or(0, |(place, _)| place)..].to_vec();
-        // At its end the vehicle waits for the next one.
         if rest.last().is_none_or(|end| meters_from(end) <= NEAR_METERS) {
-            return Vec::new();
+            // It waits for the next one, or has ended this one before its last cell: the pilot knows.
+            self.drive = None;
+            return self.tell(now, Event::Drive(DriveReport::Arrived));
         }
         let message = "the vehicle does not drive its path; the rest of it is published again";
         self.aggregator.note(now.mission, "path", message);

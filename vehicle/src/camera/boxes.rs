@@ -18,15 +18,19 @@ pub struct DetectionBox {
 }
 
 /// Why a box does not count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BoxRefusal {
     /// An edge is not a number.
+    #[error("an edge is not a number")]
     NotANumber,
     /// It has no area.
+    #[error("it has no area")]
     Empty,
     /// An edge lies outside the image. Detectors clip their boxes, so this one is of another image size.
+    #[error("an edge lies outside of the image: boxes are in its pixels, and clipped to it")]
     OutsideImage,
     /// An earlier box has its center in exactly the same column: a repeated bearing adds nothing.
+    #[error("an earlier box has its center in the same column")]
     SameColumn,
 }
 

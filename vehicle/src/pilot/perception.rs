@@ -311,6 +311,8 @@ impl Perception {
     ) -> Result<(Option<Seen>, Seen), EvidenceError> {
         self.place_tracks(terrain);
         let here = evidence::standing_cell(terrain, vehicle)?;
+        // Cells beside the route are not reported: from one that was left long ago nothing can be observed now.
+        let left = left.filter(|&left| terrain.grid().manhattan(left, here) <= MOST_LEFT_BEHIND);
         let last = left.and_then(|left| self.farewell(terrain, sensor, left, here));
         let seen = evidence::readings(terrain, sensor, vehicle, &mut self.finds, &mut self.accounts)?;
         self.has_undecided = seen.has_undecided();
@@ -349,6 +351,8 @@ impl Perception {
     }
 }
 
+/// Most cells between the one that a vehicle has left and its own for which it has just left it: a step across a corner.
+const MOST_LEFT_BEHIND: u32 = 2;
 /// The message when a frame's camera is described nowhere.
 const UNMEASURED: &str = "a frame without its camera, whose lens or mounting is not in the settings";
 
@@ -391,7 +395,7 @@ fn valid(detections: Result<Detections, TooManyBoxes>, boxes: usize) -> Result<D
         detections.map_err(|error| Fault::new("too_many", &error.to_string(), &[("boxes", boxes as f64)]))?;
     let is_bad = |&&(_, why): &&(usize, BoxRefusal)| why != BoxRefusal::SameColumn;
     if let Some(&(number, why)) = detections.refused.iter().find(is_bad) {
-        let message = format!("box {number} of {boxes} cannot be: {why:?}");
+        let message = format!("box {number} of {boxes} cannot be: {why}");
         return Err(Fault::new("no_box", &message, &[("box", number as f64)]));
     }
     Ok(detections)

@@ -151,7 +151,7 @@ fn frames_that_show_something_else_than_the_settings_say_are_not_used() {
     check(14.0, 0.0, "wide", "", "detections: .. 14.0 m above home .. 20.0 m, 5.0 m");
     check(20.0, 0.0, "rear", "", "camera rear: .. narrow, wide");
     let outside = r#"{"left": 1, "top": 1, "right": 9999, "bottom": 2}"#;
-    check(20.0, 0.0, "wide", outside, "camera wide: .. OutsideImage");
+    check(20.0, 0.0, "wide", outside, "camera wide: .. outside of the image");
     let (mut vehicle, _, settings) = vehicle();
     assert_mentions(&told(&see(&mut vehicle, &settings, 1.0, "wide", "")), "before any position");
 }

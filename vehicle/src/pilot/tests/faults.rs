@@ -79,7 +79,7 @@ fn a_detector_that_returns_no_numbers_or_ten_thousand_boxes() {
     check_both(|drive| with_front(drive, 4, no_number), "camera front Warning");
     check_both(|drive| with_front(drive, 4, many), "silence of front Error");
     for (bad, expected) in [
-        (&no_number as &dyn Fn(CameraFrame) -> Option<CameraFrame>, "box 1 of 2 .. NotANumber"),
+        (&no_number as &dyn Fn(CameraFrame) -> Option<CameraFrame>, "box 1 of 2 .. not a number"),
         (&many, "10000 boxes .. 256"),
         (&bearing, "bearing 1 .. no number"),
         (&elsewhere, "bearing 0 .. 2.5 radians"),
