@@ -40,10 +40,10 @@ pub struct Accounts {
 /// The account of one cell. All but the distance are nats.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Account {
-    /// By part: the logarithm of the probability that an object there was missed before this observation.
-    missed: [f32; PARTS],
-    /// And in this observation.
-    missed_now: [f32; PARTS],
+    /// By part, without what walls of the vehicle's own map hide.
+    missed: Missed,
+    /// As if these walls hid nothing: an object that is detected now is not behind one.
+    missed_in_view: Missed,
     /// Manhattan distance of the nearest camera in this observation, cells.
     nearest: u32,
     /// Evidence of being empty that was collected from too far away to be published.
@@ -52,6 +52,29 @@ pub(super) struct Account {
     pub(super) empty: f64,
     /// Published evidence of an object in it, at least 0.
     pub(super) object: f64,
+}
+
+/// By part of a cell: the logarithm of the probability that an object there was missed.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Missed {
+    /// Before this observation.
+    before: [f32; PARTS],
+    /// And in it.
+    now: [f32; PARTS],
+}
+
+impl Missed {
+    #[expect(clippy::cast_possible_truncation, reason = "a logarithm of a probability")]
+    fn note(&mut self, part: usize, missed: f64) {
+        let sum = self.now[part] + missed.max(1e-6).ln() as f32;
+        self.now[part] = sum.max(LEAST_MISSED_IN_AN_OBSERVATION.ln());
+    }
+
+    fn settle(&mut self) {
+        for (before, now) in self.before.iter_mut().zip(&mut self.now) {
+            *before += std::mem::take(now);
+        }
+    }
 }
 
 impl Accounts {
@@ -82,17 +105,21 @@ impl Accounts {
                 continue;
             }
             for (part, point) in parts(middle, terrain.cell_meters()).enumerate() {
-                let is_hidden = || walls.is_some_and(|walls| walls.hides(pair(camera_meters), pair(point)));
-                if view.shows_ground(point) && !is_hidden() {
+                if view.shows_ground(point) {
                     let range_meters = (point - camera_meters).norm();
                     let missed = missed(range_meters / view.max_range_meters(), miss_probability);
-                    self.of(cell).note(part, missed, offset.manhattan());
+                    let account = self.of(cell);
+                    account.missed_in_view.note(part, missed);
+                    if !walls.is_some_and(|walls| walls.hides(pair(camera_meters), pair(point))) {
+                        account.note(part, missed, offset.manhattan());
+                    }
                 }
             }
         }
     }
 
-    /// Probability that an object at a position, meters east and north, would have been missed so far.
+    /// Probability that an object at a position, meters east and north, would have been missed so far, if no wall of the
+    /// vehicle's own map had hidden it.
     #[must_use]
     pub fn missed_at(&self, terrain: &Terrain, point_meters: Vector2<f64>) -> f64 {
         let Some(cell) = spread::cell_at(terrain, point_meters) else { return 1.0 };
@@ -105,7 +132,7 @@ impl Accounts {
             index.clamp(0.0, f64::from(SIDE - 1)) as usize
         };
         let part = index(point_meters.y - north) * SIDE as usize + index(point_meters.x - east);
-        f64::from(account.missed[part] + account.missed_now[part]).exp()
+        f64::from(account.missed_in_view.before[part] + account.missed_in_view.now[part]).exp()
     }
 
     /// The account of a cell.
@@ -137,8 +164,8 @@ impl Accounts {
 
 impl Default for Account {
     fn default() -> Self {
-        let (missed, missed_now) = ([0.0; PARTS], [0.0; PARTS]);
-        Self { missed, missed_now, nearest: u32::MAX, untold: 0.0, empty: 0.0, object: 0.0 }
+        let (missed, missed_in_view) = (Missed::default(), Missed::default());
+        Self { missed, missed_in_view, nearest: u32::MAX, untold: 0.0, empty: 0.0, object: 0.0 }
     }
 }
 
@@ -146,26 +173,24 @@ impl Account {
     /// Whether further frames of this observation add nothing.
     fn is_seen(&self) -> bool {
         let least = LEAST_MISSED_IN_AN_OBSERVATION.ln();
-        self.missed_now.iter().all(|&missed| missed <= least)
+        self.missed.now.iter().all(|&missed| missed <= least)
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "a logarithm of a probability")]
     fn note(&mut self, part: usize, missed: f64, distance: u32) {
-        let sum = self.missed_now[part] + missed.max(1e-6).ln() as f32;
-        self.missed_now[part] = sum.max(LEAST_MISSED_IN_AN_OBSERVATION.ln());
+        self.missed.note(part, missed);
         self.nearest = self.nearest.min(distance);
     }
 
     /// Nothing was found here in this observation: it counts.
     pub(super) fn settle(&mut self) {
-        for (before, now) in self.missed.iter_mut().zip(&mut self.missed_now) {
-            *before += std::mem::take(now);
-        }
+        self.missed.settle();
+        self.missed_in_view.settle();
     }
 
     /// An object may be here: the frames of this observation are discarded.
     pub(super) fn discard(&mut self) {
-        self.missed_now = [0.0; PARTS];
+        self.missed.now = [0.0; PARTS];
+        self.missed_in_view.now = [0.0; PARTS];
         self.nearest = u32::MAX;
     }
 
@@ -176,7 +201,7 @@ impl Account {
 
     /// The unpublished growth of its evidence of being empty.
     pub(super) fn growth(&self) -> f64 {
-        let sum: f64 = self.missed.iter().map(|&missed| f64::from(missed).exp()).sum();
+        let sum: f64 = self.missed.before.iter().map(|&missed| f64::from(missed).exp()).sum();
         let empty = -(sum / PARTS as f64).max(f64::MIN_POSITIVE).ln();
         empty - self.empty - self.untold
     }
@@ -194,7 +219,8 @@ impl Account {
         self.empty -= back;
         self.object += reported - back;
         if self.empty <= 0.0 {
-            (self.missed, self.untold, self.empty) = ([0.0; PARTS], 0.0, 0.0);
+            (self.missed.before, self.missed_in_view.before) = ([0.0; PARTS], [0.0; PARTS]);
+            (self.untold, self.empty) = (0.0, 0.0);
         }
     }
 }
