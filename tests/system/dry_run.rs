@@ -285,7 +285,7 @@ fn each_camera_has_one_detector() {
     refuse(&settings("image", ""), "ros.cameras");
     refuse(&settings("detections", detector), "[detector] has no images");
     let both = settings("image", detector).replace("image = ", "detections = \"seen\"\nimage = ");
-    refuse(&both, "one of the two");
+    refuse(&both, "a camera of ros.cameras that has no detections");
     let absent = if cfg!(feature = "detector") { "red.torchscript: cannot read it" } else { "built without" };
     refuse(&settings("image", detector), absent);
 }
