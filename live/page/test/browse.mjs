@@ -59,7 +59,7 @@ export const text = (page, id) => page.locator(`#${id}`).textContent();
 
 /** Waits for a condition, with a generous limit. */
 export async function until(what, holds) {
-  for (let tries = 0; tries < 600; tries += 1) {
+  for (let tries = 0; tries < 1200; tries += 1) {
     if (await holds()) return;
     await new Promise((done) => setTimeout(done, 100));
   }
