@@ -63,7 +63,7 @@ impl Frame {
 /// Boxes of another program.
 struct Boxes {
     stamp_unix_ns: i64,
-    boxes: Vec<DetectedBox>,
+    detected: Vec<DetectedBox>,
     /// Of the images that they refer to.
     size: Option<[u32; 2]>,
 }
@@ -124,8 +124,8 @@ impl Pictures {
         let near = self.frames.iter_mut().filter(is_near);
         if let Some(frame) = near.min_by_key(|frame| frame.waiting.as_ref().map(apart_ns)) {
             self.unmatched.remove(&camera);
-            let Some(Boxes { boxes, size, .. }) = frame.waiting.take() else { return };
-            frame.crops = crops(&image, &boxes, size);
+            let Some(Boxes { detected, size, .. }) = frame.waiting.take() else { return };
+            frame.crops = crops(&image, &detected, size);
             // Meanwhile they may have got their tracks.
             let assigned = std::mem::take(&mut frame.assigned);
             let (camera, time_ns) = (Arc::clone(&frame.camera), frame.time_ns);
@@ -164,7 +164,7 @@ impl Pictures {
             self.unmatched.remove(camera);
             self.put(camera, time_ns, crops);
         } else {
-            let waiting = Some(Boxes { stamp_unix_ns, boxes: boxes.to_vec(), size });
+            let waiting = Some(Boxes { stamp_unix_ns, detected: boxes.to_vec(), size });
             self.push(Frame { waiting, ..Frame::new(camera, time_ns) });
         }
         // Boxes come in the order of images: no earlier one is needed.
