@@ -16,7 +16,7 @@ use crate::skip;
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// The ports of the settings: the coordinator's, the robots', and those of the robots' own networks.
 const PORTS: [u16; 5] = [7140, 7141, 7142, 7447, 7448];
-/// Twice as long as it takes.
+/// Four times as long as it takes.
 const PATIENCE: Duration = Duration::from_mins(4);
 
 /// The settings and the map, with free ports.
