@@ -220,6 +220,13 @@ impl MissionFold {
         1.0 - missed * (1.0 - self.pod_of_others(cell))
     }
 
+    /// The same of each cell, shape `[cells]`.
+    #[must_use]
+    pub fn probabilities_of_detection(&self, detection_threshold: f64) -> Vec<f64> {
+        let cells = self.terrain.grid().cells();
+        cells.map(|cell| self.probability_of_detection(cell, detection_threshold)).collect()
+    }
+
     /// The operator's verdicts.
     #[must_use]
     pub const fn verdicts(&self) -> &Verdicts {

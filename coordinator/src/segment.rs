@@ -246,8 +246,7 @@ pub fn rows_of(playback: &Playback) -> Vec<SegmentRow> {
     let (one, threshold) = (playback.one_subject(), playback.detection_threshold());
     let sensors = playback.sensors().unwrap_or_default();
     let segments = Segments::new(playback.earth.as_ref(), &fold, one.is_some(), threshold, sensors);
-    let pod: Vec<f64> =
-        fold.terrain().grid().cells().map(|cell| fold.probability_of_detection(cell, threshold)).collect();
+    let pod = fold.probabilities_of_detection(threshold);
     let subject = one.map(|one| one.posterior(fold.belief()));
     segments.rows(&segments.table(&fold, &pod, subject.as_ref()))
 }
@@ -267,14 +266,13 @@ impl Sum<'_> {
     fn region(&self, poa: f64, has_border: bool, shares: &[(Cell, f64)]) -> Coverage {
         let whole: f64 = shares.iter().map(|(_, share)| share).sum();
         let detected: f64 = shares.iter().map(|(cell, share)| share * self.pod[cell.index()]).sum();
-        let now = self.now.filter(|_| has_border);
         let by_cells = has_border.then(|| self.cells(shares.iter().copied()));
         Coverage {
             cells: shares.len(),
             area_square_meters: by_cells.and_then(|it| it.area_square_meters),
             poa,
             pod: detected / whole,
-            now: now.map(|now| shares.iter().map(|(cell, share)| share * now[cell.index()]).sum()),
+            now: by_cells.and_then(|it| it.now),
             effort: by_cells.and_then(|it| it.effort),
         }
     }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use dragnet_coordinator::finds::Find;
 use dragnet_coordinator::fold::MissionFold;
-use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::segment::{SegmentRow, Segments};
 use dragnet_coordinator::track::Track;
@@ -98,7 +97,7 @@ impl Account {
         until: Option<MissionTime>,
     ) -> Result<Self, ExportError> {
         let earth = earth(playback, origin)?;
-        let mut fold = Fold::new(playback);
+        let mut fold = MissionFold::of(playback);
         // Messages after the search belong to it too.
         let taken = until.unwrap_or_else(|| playback.end());
         for (_, record) in playback.records.iter().take_while(|(time, _)| *time <= taken) {
@@ -106,19 +105,18 @@ impl Account {
         }
         let until = until.unwrap_or_else(|| playback.searched_until());
         let detection_threshold = playback.detection_threshold();
-        let pod = fold.pod(detection_threshold);
+        let pod = fold.probabilities_of_detection(detection_threshold);
         let frame = earth.frame;
-        let subject = playback.one_subject().map(|one| one.posterior(fold.mission.belief()));
+        let subject = playback.one_subject().map(|one| one.posterior(fold.belief()));
         let sensors = playback.sensors().unwrap_or_default();
-        let segments =
-            Segments::new(Some(&earth), &fold.mission, subject.is_some(), detection_threshold, sensors);
-        let table = segments.table(&fold.mission, &pod, subject.as_ref());
-        let terrain = fold.mission.terrain().clone();
-        let declared: BTreeSet<Cell> = fold.mission.declared().iter().map(|object| object.cell).collect();
-        let reach = fold.reach(&playback.sights().unwrap_or_default());
+        let segments = Segments::new(Some(&earth), &fold, subject.is_some(), detection_threshold, sensors);
+        let table = segments.table(&fold, &pod, subject.as_ref());
+        let terrain = fold.terrain().clone();
+        let declared: BTreeSet<Cell> = fold.declared().iter().map(|object| object.cell).collect();
+        let reach = reach(&fold, &playback.sights().unwrap_or_default());
         let standing =
             subject.as_ref().map(|it| it.standing(&terrain, &reach, |cell| declared.contains(&cell)));
-        let closed = closed(fold.mission.zones(), &terrain, &frame).map(|area| (area, None));
+        let closed = closed(fold.zones(), &terrain, &frame).map(|area| (area, None));
         let rows = segments.rows(&table);
         let areas = earth.areas.into_iter().zip(table.areas).chain(closed).collect();
         Ok(Self {
@@ -126,17 +124,17 @@ impl Account {
             start_unix_ns: playback.start_unix_ns,
             until,
             frame,
-            found: fold.found(),
-            dismissed: fold.mission.finds().into_iter().filter(|find| !find.is_declared).collect(),
-            verdicts: fold.mission.verdicts().clone(),
-            marks: fold.mission.marks().clone(),
-            pictures: fold.mission.pictures().clone(),
+            found: found(&fold),
+            dismissed: fold.finds().into_iter().filter(|find| !find.is_declared).collect(),
+            verdicts: fold.verdicts().clone(),
+            marks: fold.marks().clone(),
+            pictures: fold.pictures().clone(),
             pictures_folder: "pictures".to_owned(),
-            plans: fold.plans(),
+            plans: plans(&fold),
             total: table.total,
             segments: rows,
             areas,
-            tracks: fold.mission.visits().robots().map(|(robot, it)| (robot, it.to_vec())).collect(),
+            tracks: fold.visits().robots().map(|(robot, it)| (robot, it.to_vec())).collect(),
             terrain,
             pod,
             subject: standing,
@@ -214,52 +212,32 @@ pub(crate) fn earth(playback: &Playback, origin: Option<GeoPoint>) -> Result<Ear
     }
 }
 
-/// The state while reading a recording.
-struct Fold {
-    mission: MissionFold,
+/// What robots of these sights can observe; everything without them, as in older recordings.
+fn reach(fold: &MissionFold, sights: &[Sight]) -> Reach {
+    let terrain = fold.terrain();
+    let mut reach = Reach::unknown(terrain.grid());
+    for (robot, visits) in fold.visits().robots() {
+        let Some(&sight) = sights.get(robot.index()) else { continue };
+        for visit in visits {
+            reach.add_robot(terrain, sight, visit.cell);
+        }
+    }
+    reach
 }
 
-impl Fold {
-    fn new(playback: &Playback) -> Self {
-        Self { mission: MissionFold::of(playback) }
-    }
+fn found(fold: &MissionFold) -> Vec<Detection> {
+    let mut found = fold.declared().to_vec();
+    found.sort_by_key(|object| (object.time_ns, object.cell));
+    found
+}
 
-    fn take(&mut self, record: &Record) {
-        self.mission.take(record);
-    }
-
-    /// What robots of these sights can observe; everything without them, as in older recordings.
-    fn reach(&self, sights: &[Sight]) -> Reach {
-        let terrain = self.mission.terrain();
-        let mut reach = Reach::unknown(terrain.grid());
-        for (robot, visits) in self.mission.visits().robots() {
-            let Some(&sight) = sights.get(robot.index()) else { continue };
-            for visit in visits {
-                reach.add_robot(terrain, sight, visit.cell);
-            }
-        }
-        reach
-    }
-
-    fn found(&self) -> Vec<Detection> {
-        let mut found = self.mission.declared().to_vec();
-        found.sort_by_key(|object| (object.time_ns, object.cell));
-        found
-    }
-
-    fn plans(&self) -> BTreeMap<RobotId, Plan> {
-        let plan = |(robot, track): (RobotId, &Track)| {
-            let path = track.plan.as_ref()?.path.clone();
-            let (from, _) = track.pose?;
-            (!path.is_empty()).then_some((robot, Plan { from, path: path.to_vec() }))
-        };
-        self.mission.tracks().robots().filter_map(plan).collect()
-    }
-
-    fn pod(&self, detection_threshold: f64) -> Vec<f64> {
-        let of = |cell| self.mission.probability_of_detection(cell, detection_threshold);
-        self.mission.terrain().grid().cells().map(of).collect()
-    }
+fn plans(fold: &MissionFold) -> BTreeMap<RobotId, Plan> {
+    let plan = |(robot, track): (RobotId, &Track)| {
+        let path = track.plan.as_ref()?.path.clone();
+        let (from, _) = track.pose?;
+        (!path.is_empty()).then_some((robot, Plan { from, path: path.to_vec() }))
+    };
+    fold.tracks().robots().filter_map(plan).collect()
 }
 
 /// The no-go zone by the operator's order, as an area of the next search.

@@ -252,15 +252,11 @@ fn placemark(
 
 /// A description in HTML that shows a find's picture, if there is one.
 fn picture(writer: &mut Document, account: &Account, cell: Cell) -> io::Result<()> {
-    let Some(file) = account.picture_file(cell) else { return Ok(()) };
-    let source = account.pictures.get(&cell).map(|picture| picture.facts.source()).unwrap_or_default();
-    let text = [&file, &source].map(|text| html(text));
-    xml::element(writer, "description", &format!("<img src=\"{}\" width=\"320\"><br>{}", text[0], text[1]))
-}
-
-/// Text as HTML.
-fn html(text: &str) -> String {
-    quick_xml::escape::escape(text).into_owned()
+    let Some((file, picture)) = account.picture_file(cell).zip(account.pictures.get(&cell)) else {
+        return Ok(());
+    };
+    let [file, source] = [file, picture.facts.source()].map(quick_xml::escape::escape);
+    xml::element(writer, "description", &format!("<img src=\"{file}\" width=\"320\"><br>{source}"))
 }
 
 fn data(writer: &mut Document, facts: &[(&str, String)]) -> io::Result<()> {

@@ -125,26 +125,23 @@ fn coordinator_of_hall() -> (Served, Scenario, String) {
     (Served::start_in(folder, &["coordinator", "--config", "coordinator.toml"]), scenario, endpoint)
 }
 
+/// Plays one case on the page of that coordinator, with a robot beside it.
+fn play_with<Robot: Future<Output = ()> + Send + 'static>(case: &str, robot: fn(Scenario, String) -> Robot) {
+    let (served, scenario, endpoint) = coordinator_of_hall();
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let robot = runtime.spawn(robot(scenario, endpoint));
+    play(case, served);
+    robot.abort();
+}
+
 #[test]
 fn a_robot_that_is_cut_off_is_waited_for() {
-    in_browser(|| {
-        let (served, scenario, endpoint) = coordinator_of_hall();
-        let runtime = tokio::runtime::Runtime::new().unwrap();
-        let robot = runtime.spawn(repeat_orders(scenario, endpoint));
-        play("cutOff", served);
-        robot.abort();
-    });
+    in_browser(|| play_with("cutOff", repeat_orders));
 }
 
 #[test]
 fn a_find_is_shown_with_its_picture() {
-    in_browser(|| {
-        let (served, scenario, endpoint) = coordinator_of_hall();
-        let runtime = tokio::runtime::Runtime::new().unwrap();
-        let robot = runtime.spawn(find(scenario, endpoint));
-        play("pictured", served);
-        robot.abort();
-    });
+    in_browser(|| play_with("pictured", find));
 }
 
 /// Robot 1, which stands in the south-western corner and says each second which orders it has.

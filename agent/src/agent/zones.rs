@@ -49,11 +49,13 @@ impl Agent {
 
     /// The map, the zones or the barred cells have changed.
     pub(super) fn survey(&mut self) {
-        self.ground = match (self.zones.is_empty(), self.barred.is_empty()) {
-            (true, true) => Arc::clone(&self.config.terrain),
-            (false, true) => Arc::new(self.zones.on(&self.config.terrain)),
-            (_, false) => Arc::new(self.barred.on(&self.zones.on(&self.config.terrain))),
-        };
+        self.ground = Arc::clone(&self.config.terrain);
+        if !self.zones.is_empty() {
+            self.ground = Arc::new(self.zones.on(&self.ground));
+        }
+        if !self.barred.is_empty() {
+            self.ground = Arc::new(self.barred.on(&self.ground));
+        }
         self.home = self.base.filter(|_| self.home.is_some()).map(|base| self.home_to(base));
     }
 

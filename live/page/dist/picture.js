@@ -1,3 +1,4 @@
+import { dialog } from "./form.js";
 import { clock } from "./mission.js";
 import { element } from "./panel.js";
 import { coordinates } from "./place.js";
@@ -20,12 +21,10 @@ export function thumbnail(button, picture, open) {
     button.onclick = open;
 }
 export class PictureView {
-    dialog = element("picture", HTMLDialogElement);
+    dialog;
     cell;
     constructor(decide) {
-        this.dialog.addEventListener("keydown", (event) => event.stopPropagation());
-        this.dialog.addEventListener("close", () => {
-            const as = this.dialog.returnValue;
+        this.dialog = dialog("picture", (as) => {
             if (this.cell !== undefined && (as === "confirmed" || as === "dismissed"))
                 decide(this.cell, as);
             this.cell = undefined;

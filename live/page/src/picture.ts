@@ -1,5 +1,6 @@
 // Pictures of finds: a small one where the find is, and a large one in a dialog, in which the operator decides.
 
+import { dialog } from "./form.js";
 import { type Mission, type Picture, clock } from "./mission.js";
 import { element } from "./panel.js";
 import { coordinates } from "./place.js";
@@ -28,14 +29,11 @@ export function thumbnail(button: HTMLButtonElement, picture: Picture | undefine
 
 /** The dialog with one picture. */
 export class PictureView {
-  private readonly dialog = element("picture", HTMLDialogElement);
+  private readonly dialog: HTMLDialogElement;
   private cell: number | undefined;
 
   constructor(decide: (cell: number, as: Decision) => void) {
-    // Keys are no commands here.
-    this.dialog.addEventListener("keydown", (event) => event.stopPropagation());
-    this.dialog.addEventListener("close", () => {
-      const as = this.dialog.returnValue;
+    this.dialog = dialog("picture", (as) => {
       if (this.cell !== undefined && (as === "confirmed" || as === "dismissed")) decide(this.cell, as);
       this.cell = undefined;
     });

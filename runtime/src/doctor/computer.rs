@@ -156,8 +156,7 @@ pub(super) fn detector(body: &Body, file: &Path, make: Make<'_>) -> Vec<Finding>
         Ok(None) => return Vec::new(),
         Err(error) => return vec![Finding::fail("detector", error.to_string(), advice)],
     };
-    let elsewhere: Vec<_> = body.ros.detected_cameras().collect();
-    let cameras = body.ros.cameras_with_images().filter(|name| !elsewhere.contains(name));
+    let cameras = body.ros.cameras_with_images().filter(|name| !body.ros.is_detected_elsewhere(name));
     let cameras = cameras.filter_map(|name| body.pilot.camera(name));
     let observed = cameras.map(|camera| {
         let settings = camera.settings();

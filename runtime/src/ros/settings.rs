@@ -295,13 +295,12 @@ impl Checked {
 
     /// Cameras with images whose boxes come from another program.
     pub(crate) fn cameras_with_pictures(&self) -> BTreeSet<Arc<str>> {
-        let images: BTreeSet<&Arc<str>> = self.cameras_with_images().collect();
-        self.detected_cameras().filter(|camera| images.contains(camera)).cloned().collect()
+        self.cameras_with_images().filter(|camera| self.is_detected_elsewhere(camera)).cloned().collect()
     }
 
-    /// Cameras whose boxes come from another program.
-    pub(crate) fn detected_cameras(&self) -> impl Iterator<Item = &Arc<str>> {
-        self.subscriptions.iter().filter(|one| one.kind == InputKind::Detections).map(|one| &one.camera)
+    /// Whether a camera's boxes come from another program.
+    pub(crate) fn is_detected_elsewhere(&self, camera: &str) -> bool {
+        self.subscriptions.iter().any(|one| one.kind == InputKind::Detections && *one.camera == *camera)
     }
 }
 
