@@ -65,6 +65,8 @@ class Network:
         config.insert_json5("timestamping/enabled", "true")
         self.session = zenoh.open(config)
         self.publishers, self.sent = {}, 0
+        # The time of what is said, in nanoseconds; without one, that at which it is.
+        self.now = None
 
     def make(self, name, **fields):
         return self.store.types[name](**fields)
@@ -100,7 +102,7 @@ class Network:
         self.session.declare_subscriber(self.key(topic, name), decode)
 
     def header(self, frame, ahead=0.0):
-        now = time.time_ns() + int(ahead * 1e9)
+        now = (self.now or time.time_ns()) + int(ahead * 1e9)
         stamp = self.make("builtin_interfaces/msg/Time", sec=now // 10**9, nanosec=now % 10**9)
         return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
