@@ -1,12 +1,14 @@
 //! Assigns tracks to cells.
 //!
-//! A confirmed track is assigned to a cell once it is nearly certain to be there, or once its position is known so well
-//! that an adjacent cell would be equally right, since an object may lie on a border. It keeps that cell while it may
-//! be there. So an object is reported in one cell, with its position and error, and does not alternate between two.
+//! A confirmed track is assigned to a cell once it is nearly certain to be there. An object may lie on a border: once its
+//! position is known well and will hardly improve, or the vehicle leaves, it is assigned to the likeliest cell. It keeps
+//! that cell while it may be there. So an object is reported in one cell, with its position and error, and does not
+//! alternate between two.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use dragnet_search::cell::Cell;
+use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 use nalgebra::{Matrix2, Vector2};
 
@@ -22,9 +24,9 @@ pub const CERTAIN: f64 = 0.99;
 const SURE_NATS: f64 = 20.0;
 /// Probability below which a track has left its cell.
 const LEFT: f64 = 0.01;
-/// Standard deviation up to which a position is known well enough, meters,
+/// Standard deviation up to which a position is known well, meters,
 const GOOD_METERS: f64 = 0.2;
-/// or share of a cell, once its position will hardly improve: the track has not been detected for this time, seconds,
+/// or share of a cell once it will hardly improve: the track has not been detected for this time, seconds,
 const PASSED_SHARE: f64 = 0.25;
 const PASSED_SECONDS: f64 = 5.0;
 /// its standard deviation is no more than this multiple of the part that no bearings reduce,
@@ -57,6 +59,26 @@ impl Find {
     #[must_use]
     pub fn std_meters(&self) -> f64 {
         largest_std_meters(&self.position_covariance)
+    }
+}
+
+/// When and where tracks are assigned to cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Vantage<'a> {
+    /// Time of the latest frame, nanoseconds of mission time.
+    pub now_ns: u64,
+    /// The map.
+    pub terrain: &'a Terrain,
+    /// The sensor.
+    pub sensor: &'a Sensor,
+    /// The vehicle's cell.
+    pub from: Cell,
+}
+
+impl Vantage<'_> {
+    /// Whether the vehicle reads a cell no more.
+    fn is_out_of_sight(&self, cell: Cell) -> bool {
+        self.terrain.grid().manhattan(self.from, cell) > self.sensor.radius()
     }
 }
 
@@ -105,7 +127,8 @@ impl Finds {
     }
 
     /// Updates the finds by the tracks.
-    pub fn update(&mut self, tracks: &[Track], now_ns: u64, terrain: &Terrain) {
+    pub fn update(&mut self, tracks: &[Track], vantage: &Vantage<'_>) {
+        let Vantage { now_ns, terrain, .. } = *vantage;
         self.open.clear();
         self.doubtful.clear();
         for track in tracks {
@@ -118,7 +141,7 @@ impl Finds {
             self.note_improvement(track);
             let before = self.by_track.get(&track.id()).map(|find| find.cell);
             let kept = before.filter(|cell| cells.get(cell).is_some_and(|&probability| probability >= LEFT));
-            if let Some(cell) = kept.or_else(|| self.cell_of(track, &cells, tracks, now_ns, terrain)) {
+            if let Some(cell) = kept.or_else(|| self.cell_of(track, &cells, tracks, vantage)) {
                 self.place(track, cell, before, tracks);
                 continue;
             }
@@ -193,15 +216,17 @@ impl Finds {
         track: &Track,
         cells: &BTreeMap<Cell, f64>,
         tracks: &[Track],
-        now_ns: u64,
-        terrain: &Terrain,
+        vantage: &Vantage<'_>,
     ) -> Option<Cell> {
+        let Vantage { now_ns, terrain, .. } = *vantage;
         let (cell, probability) = likeliest(cells, |_, _| true)?;
         let std_meters = track.std_meters();
         // Cells may be smaller than the vehicle's own error: then no cell is better than the likeliest.
-        let good_enough_meters = (PASSED_SHARE * terrain.cell_meters()).max(final_meters(track));
+        let good_enough_meters =
+            (PASSED_SHARE * terrain.cell_meters()).max(GOOD_METERS).max(final_meters(track));
+        let is_last_chance = vantage.is_out_of_sight(cell) && std_meters <= GOOD_METERS;
         let is_known = probability >= CERTAIN
-            || std_meters <= GOOD_METERS
+            || is_last_chance
             || (self.is_final(track, now_ns) && std_meters <= good_enough_meters);
         if !is_known || is_elsewhere(cells) || track.score_nats() < SURE_NATS {
             return None;

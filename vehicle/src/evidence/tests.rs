@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use dragnet_search::sensor::Noise;
 use nalgebra::Vector2;
 
+use super::finds::Vantage;
 use super::*;
 use crate::camera::{Camera, CameraSettings, View};
 use crate::mentions::assert_mentions;
@@ -94,6 +95,8 @@ fn tracks_of(things: &[Vector2<f64>], frames: u64) -> Vec<Track> {
 }
 
 const VEHICLE: Pose = Pose::new(45.0, 45.0, FRAC_PI_2);
+/// From here it reads nothing of the northeast.
+const FAR: Pose = Pose::new(5.0, 5.0, FRAC_PI_2);
 
 /// The cameras' frames from a position.
 fn seen_from(terrain: &Terrain, cameras: &[Camera], vehicle: &Pose, frames: u32) -> Accounts {
@@ -108,8 +111,15 @@ fn seen_from(terrain: &Terrain, cameras: &[Camera], vehicle: &Pose, frames: u32)
 
 fn finds(terrain: &Terrain, tracks: &[Track]) -> Finds {
     let mut finds = Finds::default();
-    finds.update(tracks, tracks.iter().map(Track::seen_ns).max().unwrap_or(0), terrain);
+    update(&mut finds, tracks, terrain, &VEHICLE);
     finds
+}
+
+/// From a vehicle, at the time of the last detection.
+fn update(finds: &mut Finds, tracks: &[Track], terrain: &Terrain, vehicle: &Pose) {
+    let now_ns = tracks.iter().map(Track::seen_ns).max().unwrap_or(0);
+    let from = standing_cell(terrain, vehicle).unwrap();
+    finds.update(tracks, &Vantage { now_ns, terrain, sensor: &sensor(), from });
 }
 
 /// An observation without earlier ones.
@@ -321,7 +331,7 @@ fn what_a_teammate_has_declared_across_the_border_is_not_declared_again() {
         let mut finds = Finds::default();
         finds.set_declared(declared.iter().map(cell).collect());
         let tracks = tracks_of(things, 200);
-        finds.update(&tracks, tracks.iter().map(Track::seen_ns).max().unwrap(), &terrain);
+        update(&mut finds, &tracks, &terrain, &FAR);
         let mut cells: Vec<Cell> = finds.iter().map(|find| find.cell).collect();
         cells.sort();
         assert_eq!(cells.len(), things.len());
@@ -337,6 +347,28 @@ fn what_a_teammate_has_declared_across_the_border_is_not_declared_again() {
 }
 
 #[test]
+fn an_object_at_a_border_is_declared_once_its_position_improves_no_more_or_the_vehicle_leaves() {
+    let terrain = terrain(OPEN);
+    let east = Vector2::new(60.02, 65.0);
+    let cell = spread::cell_at(&terrain, east).unwrap();
+    let told = |finds: &Finds| finds.iter().map(|find| find.cell).collect::<Vec<_>>();
+    let tracks = |frames| tracks_of(&[east], frames);
+    assert!(tracks(200)[0].std_meters() < 0.2);
+    let mut finds = Finds::default();
+    update(&mut finds, &tracks(200), &terrain, &VEHICLE);
+    assert_eq!(told(&finds), []);
+    assert!(finds.open.contains_key(&cell));
+    let mut left = finds.clone();
+    update(&mut left, &tracks(200), &terrain, &FAR);
+    assert_eq!(told(&left), [cell]);
+    // It circles the object for minutes.
+    for frames in (210..600).step_by(10) {
+        update(&mut finds, &tracks(frames), &terrain, &VEHICLE);
+    }
+    assert_eq!(told(&finds), [cell]);
+}
+
+#[test]
 fn of_two_objects_at_a_border_each_is_declared_in_its_cell() {
     let terrain = terrain(OPEN);
     let things = [Vector2::new(55.0, 65.0), Vector2::new(60.02, 65.0)];
@@ -346,7 +378,7 @@ fn of_two_objects_at_a_border_each_is_declared_in_its_cell() {
         let tracks = order.map(|index| tracks[index].clone());
         let mut finds = Finds::default();
         finds.set_declared([cells[0]].into());
-        finds.update(&tracks, tracks.iter().map(Track::seen_ns).max().unwrap(), &terrain);
+        update(&mut finds, &tracks, &terrain, &FAR);
         let mut told: Vec<Cell> = finds.iter().map(|find| find.cell).collect();
         told.sort();
         assert_eq!(told, cells);

@@ -21,7 +21,7 @@ use super::localization::{At, Localization};
 use super::{Assigned, CameraDetections, CameraFrame, PoseEstimate, seconds, stamp};
 use crate::camera::{BoxRefusal, Camera, Detections, TooManyBoxes};
 use crate::evidence::account::Accounts;
-use crate::evidence::finds::{Find, Finds};
+use crate::evidence::finds::{Find, Finds, Vantage};
 use crate::evidence::{self, EvidenceError, Seen};
 use crate::settings::Checked;
 use crate::tracker::Tracker;
@@ -309,8 +309,8 @@ impl Perception {
         vehicle: &Pose,
         left: Option<Cell>,
     ) -> Result<(Option<Seen>, Seen), EvidenceError> {
-        self.place_tracks(terrain);
         let here = evidence::standing_cell(terrain, vehicle)?;
+        self.place_tracks(terrain, sensor, here);
         // Cells beside the route are not reported: from one that was left long ago nothing can be observed now.
         let left = left.filter(|&left| terrain.grid().manhattan(left, here) <= MOST_LEFT_BEHIND);
         let last = left.and_then(|left| self.farewell(terrain, sensor, left, here));
@@ -321,7 +321,7 @@ impl Perception {
 
     /// News of objects while the vehicle still stands in the cell of the last observation, if there is any.
     pub(super) fn observe_again(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell) -> (Seen, bool) {
-        self.place_tracks(terrain);
+        self.place_tracks(terrain, sensor, from);
         let seen = evidence::objects(terrain, sensor, from, &mut self.finds, &mut self.accounts);
         let had_undecided = std::mem::replace(&mut self.has_undecided, seen.has_undecided());
         let is_news = seen.is_evidence() || seen.has_undecided() != had_undecided;
@@ -345,9 +345,9 @@ impl Perception {
         self.finds.take_outside()
     }
 
-    fn place_tracks(&mut self, terrain: &Terrain) {
-        let latest_ns = self.tracker.latest_ns().unwrap_or(0);
-        self.finds.update(self.tracker.tracks(), latest_ns, terrain);
+    fn place_tracks(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell) {
+        let now_ns = self.tracker.latest_ns().unwrap_or(0);
+        self.finds.update(self.tracker.tracks(), &Vantage { now_ns, terrain, sensor, from });
     }
 }
 
