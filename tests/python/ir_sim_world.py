@@ -52,8 +52,10 @@ METERS_PER_SECOND, RADIANS_PER_SECOND = 2.0, 3.0
 # Pure pursuit steers to a point this far ahead; one that is farther to the side than this is turned to on the spot.
 LOOKAHEAD_METERS, ON_THE_SPOT_RADIANS = 0.4, 0.8
 CLOSE_METERS = 0.05
-# A robot stops for another one that is so near, ahead.
-YIELD_METERS = 1.2
+# Robots that meet keep to the right where there is room, slow down, and stop for what is right ahead.
+MEETING_METERS, RIGHT_METERS, LOOKAHEAD_MEETING_METERS = 6.0, 0.6, 1.0
+ROOM_METERS, SLOW_METERS, SLOW_METERS_PER_SECOND = 0.4, 3.0, 1.0
+STOP_METERS, STOP_RADIANS = 1.0, 0.6
 # The robot's own planner keeps this far from occupied squares, and a path may end this far from its goal.
 CLEARANCE_METERS, TOLERANCE_METERS = 0.6, 0.5
 
@@ -116,10 +118,11 @@ class Planner:
     """The planner of a robot's own navigation: shortest paths on a map's squares that are far enough from walls."""
 
     def __init__(self, ros_map):
-        room_meters = ndimage.distance_transform_edt(ros_map.occupancy == 0) * ros_map.resolution
-        is_open = room_meters >= CLEARANCE_METERS
+        self.origin, self.resolution = np.array(ros_map.origin), ros_map.resolution
+        self.room_meters = ndimage.distance_transform_edt(ros_map.occupancy == 0) * self.resolution
+        is_open = self.room_meters >= CLEARANCE_METERS
         rows, columns = np.nonzero(is_open)
-        self.middles = np.array(ros_map.origin) + (np.stack([columns, rows], axis=1) + 0.5) * ros_map.resolution
+        self.middles = self.origin + (np.stack([columns, rows], axis=1) + 0.5) * self.resolution
         numbers = np.full(is_open.shape, -1)
         numbers[rows, columns] = np.arange(len(rows))
         padded, edges = np.pad(numbers, 1, constant_values=-1), []
@@ -129,6 +132,11 @@ class Planner:
             edges.append((numbers[both], neighbors[both], np.full(both.sum(), math.hypot(north, east))))
         begins, ends, lengths = (np.concatenate(parts) for parts in zip(*edges, strict=True))
         self.graph = sparse.csr_matrix((lengths, (begins, ends)), shape=(len(rows), len(rows)))
+
+    def has_room(self, place):
+        """Whether a robot fits there, on the map."""
+        column, row = np.floor((place - self.origin) / self.resolution).astype(int)
+        return self.room_meters[row, column] >= ROOM_METERS
 
     def nearest(self, place):
         distances = np.linalg.norm(self.middles - place, axis=1)
@@ -192,25 +200,32 @@ class Robot:
         with self.lock:
             x, y, heading = self.pose
             here = np.array([x, y])
-            target = self.target(here)
+            is_meeting = self.is_ahead(here, heading, MEETING_METERS, math.pi / 3)
+            target = self.target(here, LOOKAHEAD_MEETING_METERS if is_meeting else LOOKAHEAD_METERS)
             if target is None:
                 if self.goals and self.goals[0][1] == EXECUTING:
                     self.goals = [(self.goal_number, SUCCEEDED)]
                 return 0.0, 0.0
             offset = target - here
             distance = float(np.linalg.norm(offset))
+            right = target + np.array([offset[1], -offset[0]]) / max(distance, 0.1) * RIGHT_METERS
+            if is_meeting and self.world.planner.has_room(right):
+                offset = right - here
+                distance = float(np.linalg.norm(offset))
             turn = wrapped(math.atan2(offset[1], offset[0]) - heading)
-            if self.is_in_the_way(here, heading):
-                return 0.0, 0.0
             if abs(turn) > ON_THE_SPOT_RADIANS:
                 return 0.0, float(np.clip(3.0 * turn, -RADIANS_PER_SECOND, RADIANS_PER_SECOND))
+            if self.is_ahead(here, heading, STOP_METERS, STOP_RADIANS):
+                return 0.0, 0.0
             end_meters = float(np.linalg.norm(self.points[-1] - here))
             # The speed from which it can stop, and at which it can take the curve.
             curvature = 2.0 * math.sin(turn) / max(distance, 0.1)
-            speed = min(METERS_PER_SECOND, math.sqrt(2.0 * end_meters), RADIANS_PER_SECOND / 2.0 / max(abs(curvature), 1e-6))
+            is_slow = self.is_ahead(here, heading, SLOW_METERS, math.pi / 3)
+            most = SLOW_METERS_PER_SECOND if is_slow else METERS_PER_SECOND
+            speed = min(most, math.sqrt(2.0 * end_meters), RADIANS_PER_SECOND / 2.0 / max(abs(curvature), 1e-6))
             return speed, speed * curvature
 
-    def target(self, here):
+    def target(self, here, lookahead_meters):
         """The next point of the path that is far enough ahead, or its end; nothing there."""
         while self.passed + 1 < len(self.points) and (
             np.linalg.norm(self.points[self.passed + 1] - here) <= np.linalg.norm(self.points[self.passed] - here)
@@ -220,14 +235,14 @@ class Robot:
         if not rest or (len(rest) == 1 and np.linalg.norm(rest[0] - here) <= CLOSE_METERS):
             self.points, self.passed = [], 0
             return None
-        return next((point for point in rest if np.linalg.norm(point - here) >= LOOKAHEAD_METERS), rest[-1])
+        return next((point for point in rest if np.linalg.norm(point - here) >= lookahead_meters), rest[-1])
 
-    def is_in_the_way(self, here, heading):
+    def is_ahead(self, here, heading, meters, radians):
+        """Whether another robot is so near, so far to either side."""
         for other in self.world.robots:
             offset = other.pose[:2] - here
-            ahead = abs(wrapped(math.atan2(offset[1], offset[0]) - heading)) < math.pi / 3
-            # Of two that face each other the first goes on.
-            if other.number < self.number and ahead and np.linalg.norm(offset) < YIELD_METERS:
+            turn = wrapped(math.atan2(offset[1], offset[0]) - heading)
+            if other is not self and abs(turn) < radians and np.linalg.norm(offset) < meters:
                 return True
         return False
 
