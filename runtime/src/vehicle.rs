@@ -139,6 +139,7 @@ impl Vehicle {
             places: Places::new(
                 ros.localization(),
                 ros.uncorrected,
+                ros.unstated,
                 scenario.origin(),
                 scenario.georeference().copied(),
             ),

@@ -64,6 +64,13 @@ pub struct Settings {
     /// Angle that it may turn by odometry alone after that time, degrees, above 0.
     #[serde(default = "max_uncorrected_degrees")]
     pub max_uncorrected_degrees: f64,
+    /// Standard deviation of a position whose message has none, such as a transform, meters, above 0 to 1000; the default is 2
+    /// for a fix, and else 0.1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_std_meters: Option<f64>,
+    /// Standard deviation of a heading whose message has none, degrees, above 0 to 90.
+    #[serde(default = "heading_std_degrees")]
+    pub heading_std_degrees: f64,
     /// Meaning of the stamps of messages.
     #[serde(default)]
     pub stamps: Stamps,
@@ -118,6 +125,15 @@ pub(crate) struct Uncorrected {
     /// Time within which it may move freely, nanoseconds.
     pub(crate) timeout_ns: u64,
     pub(crate) meters: f64,
+    pub(crate) radians: f64,
+}
+
+/// Standard deviations of a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PoseStd {
+    /// Of each coordinate.
+    pub(crate) meters: f64,
+    /// Of the heading.
     pub(crate) radians: f64,
 }
 
@@ -254,6 +270,10 @@ const fn max_uncorrected_degrees() -> f64 {
     45.0
 }
 
+const fn heading_std_degrees() -> f64 {
+    1.0
+}
+
 /// Settings that have been checked.
 #[derive(Clone, Debug)]
 pub struct Checked {
@@ -263,6 +283,7 @@ pub struct Checked {
     pub(super) node: NodeName,
     localization: Localization,
     pub(crate) uncorrected: Uncorrected,
+    pub(crate) unstated: PoseStd,
     stamps: Stamps,
     pub(crate) map_frame: String,
     pub(super) odometry_frame: String,
@@ -302,6 +323,14 @@ impl Checked {
     pub(crate) fn is_detected_elsewhere(&self, camera: &str) -> bool {
         self.subscriptions.iter().any(|one| one.kind == InputKind::Detections && *one.camera == *camera)
     }
+}
+
+/// A value of a key, above 0 and at most so much.
+fn positive(key: &str, value: f64, most: f64) -> Result<f64, String> {
+    let is_allowed = value > 0.0 && value <= most;
+    is_allowed
+        .then_some(value)
+        .ok_or_else(|| format!("ros.{key} is {value}; allowed is above 0, at most {most}"))
 }
 
 /// A subscribed topic.
@@ -361,6 +390,7 @@ impl Settings {
             domain: *domain,
             localization: self.localization,
             uncorrected: self.uncorrected()?,
+            unstated: self.unstated()?,
             stamps: self.stamps,
             map_frame: self.map_frame.clone(),
             odometry_frame: self.odometry_frame.clone(),
@@ -400,17 +430,21 @@ impl Settings {
     }
 
     fn uncorrected(&self) -> Result<Uncorrected, String> {
-        let check = |key: &str, value: f64, most: f64| {
-            let is_allowed = value > 0.0 && value <= most;
-            is_allowed
-                .then_some(value)
-                .ok_or_else(|| format!("ros.{key} is {value}; allowed is above 0, at most {most}"))
-        };
-        let seconds = check("localization_timeout_seconds", self.localization_timeout_seconds, 3600.0)?;
-        let degrees = check("max_uncorrected_degrees", self.max_uncorrected_degrees, 180.0)?;
+        let seconds = positive("localization_timeout_seconds", self.localization_timeout_seconds, 3600.0)?;
+        let degrees = positive("max_uncorrected_degrees", self.max_uncorrected_degrees, 180.0)?;
         Ok(Uncorrected {
             timeout_ns: u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX),
-            meters: check("max_uncorrected_meters", self.max_uncorrected_meters, 1e6)?,
+            meters: positive("max_uncorrected_meters", self.max_uncorrected_meters, 1e6)?,
+            radians: degrees.to_radians(),
+        })
+    }
+
+    fn unstated(&self) -> Result<PoseStd, String> {
+        let usual = if self.localization == Localization::Fix { 2.0 } else { 0.1 };
+        let meters = self.position_std_meters.unwrap_or(usual);
+        let degrees = positive("heading_std_degrees", self.heading_std_degrees, 90.0)?;
+        Ok(PoseStd {
+            meters: positive("position_std_meters", meters, 1000.0)?,
             radians: degrees.to_radians(),
         })
     }

@@ -17,7 +17,7 @@ use dragnet_lattice::plane::Pose;
 use dragnet_ros2::input::{Fix, Odometry, PlanarCovariance, PlanarPose, PoseEstimate};
 use dragnet_scenario::map_file::{Georeference, MapOrigin};
 
-use crate::ros::settings::{Localization, Uncorrected};
+use crate::ros::settings::{Localization, PoseStd, Uncorrected};
 use trail::Trail;
 
 /// Maximum number of corrections that wait for odometry of their time.
@@ -44,13 +44,6 @@ pub(super) struct Moment {
     pub(super) age: Duration,
 }
 
-/// The standard deviations of a pose, 0 if unknown.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sureness {
-    meters: f64,
-    radians: f64,
-}
-
 /// A pose by localization.
 #[derive(Clone, Copy, Debug)]
 struct Correction {
@@ -59,14 +52,14 @@ struct Correction {
     y_meters: f64,
     /// A fix has no heading: that is odometry's, whose frame then has its x axis to the east.
     heading_radians: Option<f64>,
-    sureness: Sureness,
+    std: PoseStd,
 }
 
 /// The pose of odometry's frame on the search's map.
 #[derive(Clone, Copy, Debug)]
 struct Anchor {
     map_from_odometry: Pose,
-    sureness: Sureness,
+    std: PoseStd,
     /// When its correction arrived.
     received_ns: u64,
     /// The vehicle's pose then, in odometry's frame.
@@ -78,6 +71,8 @@ struct Anchor {
 pub(super) struct Places {
     source: Localization,
     limits: Uncorrected,
+    /// Where a message gives none.
+    unstated: PoseStd,
     /// The pose of the search's map in the network's frame.
     map: Pose,
     earth: Option<Georeference>,
@@ -94,6 +89,7 @@ impl Places {
     pub(super) fn new(
         source: Localization,
         limits: Uncorrected,
+        unstated: PoseStd,
         map: MapOrigin,
         earth: Option<Georeference>,
     ) -> Self {
@@ -101,7 +97,7 @@ impl Places {
         let missing =
             (source != Localization::Odometry).then(|| "no valid message has arrived yet".to_owned());
         let (trail, waiting) = (Trail::default(), VecDeque::new());
-        Self { source, limits, map, earth, trail, waiting, anchor: None, missing }
+        Self { source, limits, unstated, map, earth, trail, waiting, anchor: None, missing }
     }
 
     /// Where positions come from.
@@ -135,7 +131,7 @@ impl Places {
             return None;
         }
         if self.source == Localization::Odometry {
-            return Some(located(at, self.on_map(&here), sureness(odometry.place.covariance)));
+            return Some(located(at, self.on_map(&here), self.std(odometry.place.covariance)));
         }
         self.trail.push(at.time_ns, here);
         while let Some(correction) =
@@ -148,12 +144,12 @@ impl Places {
         if self.missing.is_some() {
             return None;
         }
-        Some(located(at, anchor.map_from_odometry.of_part(&here), anchor.sureness))
+        Some(located(at, anchor.map_from_odometry.of_part(&here), anchor.std))
     }
 
     /// A pose by transforms, in the network's frame; it has no covariance.
     pub(super) fn transformed(&self, at: Moment, pose: &Pose) -> Located {
-        located(at, self.on_map(pose), Sureness::default())
+        located(at, self.on_map(pose), self.unstated)
     }
 
     /// Adds a pose on the map.
@@ -170,7 +166,7 @@ impl Places {
             x_meters: pose.x_meters,
             y_meters: pose.y_meters,
             heading_radians: Some(pose.heading_radians),
-            sureness: sureness(estimate.covariance),
+            std: self.std(estimate.covariance),
         })
     }
 
@@ -183,9 +179,9 @@ impl Places {
             return Ok(None);
         };
         let (x_meters, y_meters) = fix.meters(earth);
-        let [[east_variance, _], [_, north_variance]] = fix.covariance_square_meters.unwrap_or_default();
-        let sureness = Sureness { meters: east_variance.max(north_variance).sqrt(), radians: 0.0 };
-        self.correct(Correction { at, x_meters, y_meters, heading_radians: None, sureness })
+        let [[east, _], [_, north]] = fix.covariance_square_meters.unwrap_or_default();
+        let std = self.std(Some([[east, 0.0, 0.0], [0.0, north, 0.0], [0.0; 3]]));
+        self.correct(Correction { at, x_meters, y_meters, heading_radians: None, std })
     }
 
     /// With odometry the vehicle's pose is known at odometry's rate; without, at that of corrections.
@@ -202,8 +198,8 @@ impl Places {
         let heading_radians = correction.heading_radians.filter(|_| self.trail.latest_ns().is_none());
         Ok(heading_radians.map(|heading_radians| {
             self.missing = None;
-            let Correction { at, x_meters, y_meters, sureness, .. } = correction;
-            located(at, Pose::new(x_meters, y_meters, heading_radians), sureness)
+            let Correction { at, x_meters, y_meters, std, .. } = correction;
+            located(at, Pose::new(x_meters, y_meters, heading_radians), std)
         }))
     }
 
@@ -226,12 +222,19 @@ impl Places {
     }
 
     fn anchor(&mut self, correction: &Correction) {
-        let &Correction { at, x_meters, y_meters, heading_radians, sureness } = correction;
+        let &Correction { at, x_meters, y_meters, heading_radians, std } = correction;
         let Some(odometry) = self.trail.at(at.time_ns) else { return };
         let pose = Pose::new(x_meters, y_meters, heading_radians.unwrap_or(odometry.heading_radians));
         let map_from_odometry = pose.of_part(&Pose::default().seen_from(&odometry));
-        self.anchor = Some(Anchor { map_from_odometry, sureness, received_ns: at.received_ns, odometry });
+        self.anchor = Some(Anchor { map_from_odometry, std, received_ns: at.received_ns, odometry });
         self.missing = None;
+    }
+
+    /// What a message states, and what the settings do where it states nothing: no pose is exact.
+    fn std(&self, covariance: Option<PlanarCovariance>) -> PoseStd {
+        let [[x, ..], [_, y, _], [.., yaw]] = covariance.unwrap_or_default();
+        let or = |variance: f64, unstated: f64| if variance > 0.0 { variance.sqrt() } else { unstated };
+        PoseStd { meters: or(x.max(y), self.unstated.meters), radians: or(yaw, self.unstated.radians) }
     }
 
     /// Checks whether the vehicle has moved too far on odometry alone. Once it has, only a correction helps.
@@ -259,14 +262,9 @@ impl Uncorrected {
     }
 }
 
-fn located(at: Moment, pose: Pose, sureness: Sureness) -> Located {
-    let Sureness { meters, radians } = sureness;
+fn located(at: Moment, pose: Pose, std: PoseStd) -> Located {
+    let PoseStd { meters, radians } = std;
     Located { time_ns: at.time_ns, pose, deviation_meters: meters, heading_deviation_radians: radians }
-}
-
-fn sureness(covariance: Option<PlanarCovariance>) -> Sureness {
-    let [[x, ..], [_, y, _], [.., yaw]] = covariance.unwrap_or_default();
-    Sureness { meters: x.max(y).sqrt(), radians: yaw.sqrt() }
 }
 
 pub(crate) const fn posed(pose: PlanarPose) -> Pose {

@@ -54,6 +54,8 @@ fn invalid_settings_are_reported_with_their_key() {
     refused("subscribe.odom = 'odom'", "unknown .. `odom`");
     refused("subscribe.odometry = 'a b'", "ros.subscribe.odometry .. \"a b\"");
     refused("namespace = '1'", "ros.namespace .. \"1\"");
+    refused("position_std_meters = 0", "position_std_meters .. 0 .. above 0, at most 1000");
+    refused("heading_std_degrees = 91", "heading_std_degrees .. 91 .. above 0, at most 90");
     refused("localization_timeout_seconds = 0", "localization_timeout_seconds .. 0 .. above 0, at most 3600");
     refused("max_uncorrected_meters = nan", "ros.max_uncorrected_meters .. NaN");
     refused("map_frame = ''", "ros.map_frame .. empty");

@@ -44,7 +44,7 @@ fn places(source: Localization) -> Places {
 
 fn places_on(source: Localization, map: MapOrigin, earth: Option<Georeference>) -> Places {
     let limits = Uncorrected { timeout_ns: 5_000_000_000, meters: 1.0, radians: std::f64::consts::FRAC_PI_4 };
-    Places::new(source, limits, map, earth)
+    Places::new(source, limits, PoseStd { meters: 0.1, radians: 0.02 }, map, earth)
 }
 
 fn check(found: Option<Located>, seconds: f64, expected: [f64; 3]) {
@@ -67,6 +67,22 @@ fn a_pose_on_the_networks_map_is_one_on_the_searchs() {
     assert!((deviation_meters - 0.5).abs() < 1e-9 && (heading_deviation_radians - 0.1).abs() < 1e-9);
     let back = places.in_frame(&pose);
     assert!((back.x_meters - 90.0).abs() < 1e-9 && (back.y_meters - 53.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_pose_without_a_covariance_is_not_exact() {
+    let is_unstated = |found: Located| {
+        assert_eq!((found.deviation_meters, found.heading_deviation_radians), (0.1, 0.02));
+    };
+    is_unstated(places(Localization::Tf).transformed(at(7.0), &Pose::default()));
+    let unstated = PoseEstimate { covariance: None, ..estimate(1.0, 2.0, 0.0) };
+    is_unstated(places(Localization::Pose).pose(at(7.0), &unstated).unwrap().unwrap());
+    let by_odometry = Odometry { place: unstated, ..odometry(1.0, 2.0, 0.0) };
+    is_unstated(places(Localization::Odometry).odometry(at(7.0), &by_odometry).unwrap());
+    let without_heading =
+        PoseEstimate { covariance: Some([[0.0; 3], [0.0, 0.04, 0.0], [0.0; 3]]), ..estimate(1.0, 2.0, 0.0) };
+    let found = places(Localization::Pose).pose(at(7.0), &without_heading).unwrap().unwrap();
+    assert_eq!((found.deviation_meters, found.heading_deviation_radians), (0.2, 0.02));
 }
 
 #[test]
