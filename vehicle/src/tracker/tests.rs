@@ -260,6 +260,52 @@ fn a_false_alarm_does_not_end_a_track() {
 
 /// A camera with a shorter range has missed it all the time: a single detection there may be a false alarm, and
 /// repeated ones mean that the object is near.
+/// Of a drive past an object at (11.9, 7.0): each tenth of a second the camera's pose, and a bearing. The first one is a
+/// false alarm, which crosses the next one before the object.
+const DRIVE: [([f64; 3], Option<f64>); 19] = [
+    ([8.237, 1.186, -0.019], Some(0.8558)),
+    ([8.382, 1.192, -0.024], None),
+    ([8.523, 1.208, -0.025], None),
+    ([8.643, 1.196, -0.024], None),
+    ([8.758, 1.174, -0.020], None),
+    ([8.875, 1.173, -0.020], None),
+    ([9.021, 1.161, 0.071], None),
+    ([9.140, 1.203, 0.226], None),
+    ([9.272, 1.285, 0.376], Some(1.1294)),
+    ([9.426, 1.351, 0.527], None),
+    ([9.570, 1.479, 0.662], Some(1.1521)),
+    ([9.705, 1.628, 0.751], Some(1.1490)),
+    ([9.836, 1.777, 0.800], Some(1.1655)),
+    ([9.982, 1.938, 0.811], Some(1.1853)),
+    ([10.128, 2.084, 0.801], None),
+    ([10.258, 2.214, 0.792], Some(1.2273)),
+    ([10.375, 2.319, 0.784], Some(1.2394)),
+    ([10.455, 2.420, 0.783], Some(1.2516)),
+    ([10.538, 2.530, 0.779], Some(1.2687)),
+];
+
+#[test]
+fn a_track_that_begins_with_a_false_alarm_ends_at_its_object() {
+    let pose_error =
+        PoseError { heading_std_radians: 0.008, position_std_meters: 0.03, correlation_seconds: 1.0 };
+    let settings = Settings { velocity_std: 1e-3, acceleration_density: 1e-8, ..Settings::default() };
+    let mut tracker = Tracker::new(settings).unwrap();
+    for (tenth, ([east, north, heading], bearing)) in (0..).zip(DRIVE) {
+        let bearings: Vec<f64> = bearing.into_iter().collect();
+        let frame = Frame {
+            time_ns: tenth * SECOND / 10,
+            view: View::new(Pose::new(east, north, heading), 0.888, 0.3, 8.0).unwrap(),
+            bearing_deviation_radians: 0.0154,
+            pose_error,
+            ..frame(0, &bearings)
+        };
+        tracker.handle(&frame).unwrap();
+    }
+    let [track] = tracker.tracks() else { panic!("{:?}", tracker.tracks()) };
+    let off_meters = (track.position_meters() - Vector2::new(11.9, 7.0)).norm();
+    assert!(off_meters < 3.0 * track.std_meters(), "{off_meters} m off, {} m", track.std_meters());
+}
+
 #[test]
 fn one_detection_by_a_camera_that_always_missed_it_does_not_rule_out_that_it_is_far() {
     let mut tracker = tracker();

@@ -258,6 +258,11 @@ impl Track {
         let doubt = 1.0 / (1.0 + log_odds.exp() * 2.0 / (missed + 2.0));
         let seen = mixture.after_seen(&widest);
         self.mixture = if doubt < LEAST_DOUBT { seen } else { seen.or(&self.mixture, doubt) };
+        // Of two bearings either may be the false alarm.
+        if self.hits == 1 && doubt >= LEAST_DOUBT {
+            let begun_now = Mixture::born(measurement, &frame.pose_error, frame.reach(), settings);
+            self.mixture = self.mixture.or(&begun_now, doubt);
+        }
         self.mixture.condense();
         // Not since it was missed: on the seam of two cameras one misses what the other detects at the same time.
         self.count(log_odds, independent_share(self.seen_ns, frame), frame);
