@@ -52,10 +52,12 @@ METERS_PER_SECOND, RADIANS_PER_SECOND = 2.0, 3.0
 # Pure pursuit steers to a point this far ahead; one that is farther to the side than this is turned to on the spot.
 LOOKAHEAD_METERS, ON_THE_SPOT_RADIANS = 0.4, 0.8
 CLOSE_METERS = 0.05
-# Robots that meet keep to the right where there is room, slow down, and stop for what is right ahead.
-MEETING_METERS, RIGHT_METERS, LOOKAHEAD_MEETING_METERS = 6.0, 0.6, 1.0
-ROOM_METERS, SLOW_METERS, SLOW_METERS_PER_SECOND = 0.4, 3.0, 1.0
-STOP_METERS, STOP_RADIANS = 1.0, 0.6
+# Of two robots that meet the second one stands while the first one moves, which slows down and passes it, on the right if there is
+# room; and none drives on to another one right ahead.
+MEETING_METERS, MEETING_RADIANS, ASIDE_METERS, LOOKAHEAD_MEETING_METERS = 6.0, 1.0, 0.7, 1.0
+ROOM_METERS, SLOW_METERS, SLOW_METERS_PER_SECOND = 0.3, 3.0, 1.0
+YIELD_METERS, YIELD_RADIANS = 2.5, 1.7
+STOP_METERS, STOP_RADIANS = 0.9, 0.6
 # The robot's own planner keeps this far from occupied squares, and a path may end this far from its goal.
 CLEARANCE_METERS, TOLERANCE_METERS = 0.6, 0.5
 
@@ -163,6 +165,7 @@ class Robot:
         self.random = np.random.default_rng([world.seed, number])
         self.lock = threading.Lock()
         self.points, self.passed = [], 0
+        self.is_moving = False
         self.goal_number, self.goals = 0, []
         self.odometry, self.last = np.zeros(3), self.pose
         self.pose_error, self.estimate, self.estimated_at = np.zeros(3), None, None
@@ -198,30 +201,26 @@ class Robot:
     def command(self):
         """Speed and rate of turn, by pure pursuit."""
         with self.lock:
-            x, y, heading = self.pose
-            here = np.array([x, y])
-            is_meeting = self.is_ahead(here, heading, MEETING_METERS, math.pi / 3)
+            here, heading = self.pose[:2], self.pose[2]
+            is_meeting = self.nears(MEETING_METERS, MEETING_RADIANS)
             target = self.target(here, LOOKAHEAD_MEETING_METERS if is_meeting else LOOKAHEAD_METERS)
             if target is None:
                 if self.goals and self.goals[0][1] == EXECUTING:
                     self.goals = [(self.goal_number, SUCCEEDED)]
                 return 0.0, 0.0
-            offset = target - here
+            if self.nears(YIELD_METERS, YIELD_RADIANS, lambda other: other.number < self.number and other.is_moving):
+                return 0.0, 0.0
+            offset = (self.aside(here, target) if is_meeting else target) - here
             distance = float(np.linalg.norm(offset))
-            right = target + np.array([offset[1], -offset[0]]) / max(distance, 0.1) * RIGHT_METERS
-            if is_meeting and self.world.planner.has_room(right):
-                offset = right - here
-                distance = float(np.linalg.norm(offset))
             turn = wrapped(math.atan2(offset[1], offset[0]) - heading)
             if abs(turn) > ON_THE_SPOT_RADIANS:
                 return 0.0, float(np.clip(3.0 * turn, -RADIANS_PER_SECOND, RADIANS_PER_SECOND))
-            if self.is_ahead(here, heading, STOP_METERS, STOP_RADIANS):
+            if self.nears(STOP_METERS, STOP_RADIANS):
                 return 0.0, 0.0
             end_meters = float(np.linalg.norm(self.points[-1] - here))
             # The speed from which it can stop, and at which it can take the curve.
             curvature = 2.0 * math.sin(turn) / max(distance, 0.1)
-            is_slow = self.is_ahead(here, heading, SLOW_METERS, math.pi / 3)
-            most = SLOW_METERS_PER_SECOND if is_slow else METERS_PER_SECOND
+            most = SLOW_METERS_PER_SECOND if self.nears(SLOW_METERS, MEETING_RADIANS) else METERS_PER_SECOND
             speed = min(most, math.sqrt(2.0 * end_meters), RADIANS_PER_SECOND / 2.0 / max(abs(curvature), 1e-6))
             return speed, speed * curvature
 
@@ -237,12 +236,20 @@ class Robot:
             return None
         return next((point for point in rest if np.linalg.norm(point - here) >= lookahead_meters), rest[-1])
 
-    def is_ahead(self, here, heading, meters, radians):
-        """Whether another robot is so near, so far to either side."""
+    def aside(self, here, target):
+        """A point beside the next one of the path, where there is room for a robot."""
+        ahead = target - here
+        right = np.array([ahead[1], -ahead[0]]) / max(float(np.linalg.norm(ahead)), 0.1) * ASIDE_METERS
+        places = [place for place in (target + right, target - right) if self.world.planner.has_room(place)]
+        return next(iter(places), target)
+
+    def nears(self, meters, radians, is_meant=lambda other: True):
+        """Whether such a robot is so near, and no farther to either side."""
+        x, y, heading = self.pose
         for other in self.world.robots:
-            offset = other.pose[:2] - here
+            offset = other.pose[:2] - (x, y)
             turn = wrapped(math.atan2(offset[1], offset[0]) - heading)
-            if other is not self and abs(turn) < radians and np.linalg.norm(offset) < meters:
+            if other is not self and abs(turn) < radians and np.linalg.norm(offset) < meters and is_meant(other):
                 return True
         return False
 
@@ -365,6 +372,8 @@ class World:
         for robot in self.robots:
             robot.network.now = now
         commands = [np.array(robot.command()).reshape(2, 1) for robot in self.robots]
+        for robot, command in zip(self.robots, commands, strict=True):
+            robot.is_moving = bool(command.any())
         self.simulation.step(commands, action_id=[robot.body.id for robot in self.robots])
         for robot in self.robots:
             if robot.body.collision and robot.number not in [one["robot"] for one in self.collisions]:
