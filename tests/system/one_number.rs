@@ -191,28 +191,39 @@ async fn of_two_that_start_before_the_mission_exactly_one_goes_on() {
 #[test]
 fn of_two_with_one_certificate_that_start_before_the_mission_exactly_one_goes_on() {
     for topology in [Topology::Mesh, Topology::Star] {
-        let keyed = security::Field::new(topology);
-        std::fs::write(keyed.path("field.toml"), endless(2)).unwrap();
-        let [one, two] = [1, 2].map(|number| Name::robot(number).unwrap());
-        let start = |name, place| security::Process::start(&mut keyed.command(name, place));
-        let (coordinator, mate) = (start(Name::COORDINATOR, 0), start(two, 1));
-        let mut second = copy(&keyed, 3);
-        let both = [start(one, 2), security::Process::start(&mut second)];
-        coordinator.logs(&[BOTH_RUN]);
-        // By then each of the two has decided.
-        let lines = both.each_ref().map(|process| process.lines_until(&[BOTH_RUN]));
-        let stands = lines.each_ref().map(|lines| lines.iter().any(|line| line.contains(STANDS)));
-        assert!(stands[0] != stands[1], "{lines:#?}");
-        let goes_on = lines.iter().flatten().any(|line| line.contains("robot 1 goes on"));
-        assert!(!goes_on, "{lines:#?}");
-        let _world = start(Name::Simulator, 4);
-        mate.logs(&["robot 2 decided: "]);
-        let [first, second] = both;
-        let [stands, goes] = if stands[0] { [first, second] } else { [second, first] };
-        goes.logs(&["robot 1 decided: "]);
-        drop(goes);
-        let lines = stands.lines_until(&["robot 1 goes on"]);
-        assert!(lines.iter().all(|line| !line.contains("robot 1 decided: ")), "{lines:#?}");
-        stands.logs(&["robot 1 decided: "]);
+        // On a busy machine connections may break meanwhile: then both go on until they are back.
+        let was_whole = (0..3).any(|_| exactly_one_of_two_that_start_before_the_mission_goes_on(topology));
+        assert!(was_whole, "{topology:?}: connections broke each time");
     }
+}
+
+/// Returns false if one of the two lost the other.
+fn exactly_one_of_two_that_start_before_the_mission_goes_on(topology: Topology) -> bool {
+    let keyed = security::Field::new(topology);
+    std::fs::write(keyed.path("field.toml"), endless(2)).unwrap();
+    let [one, two] = [1, 2].map(|number| Name::robot(number).unwrap());
+    let start = |name, place| security::Process::start(&mut keyed.command(name, place));
+    let (coordinator, mate) = (start(Name::COORDINATOR, 0), start(two, 1));
+    let mut second = copy(&keyed, 3);
+    let both = [start(one, 2), security::Process::start(&mut second)];
+    coordinator.logs(&[BOTH_RUN]);
+    // By then each of the two has decided.
+    let lines = both.each_ref().map(|process| process.lines_until(&[BOTH_RUN]));
+    if lines.iter().flatten().any(|line| line.contains("robot 1 has left")) {
+        return false;
+    }
+    let stands = lines.each_ref().map(|lines| lines.iter().any(|line| line.contains(STANDS)));
+    assert!(stands[0] != stands[1], "{lines:#?}");
+    let goes_on = lines.iter().flatten().any(|line| line.contains("robot 1 goes on"));
+    assert!(!goes_on, "{lines:#?}");
+    let _world = start(Name::Simulator, 4);
+    mate.logs(&["robot 2 decided: "]);
+    let [first, second] = both;
+    let [stands, goes] = if stands[0] { [first, second] } else { [second, first] };
+    goes.logs(&["robot 1 decided: "]);
+    drop(goes);
+    let lines = stands.lines_until(&["robot 1 goes on"]);
+    assert!(lines.iter().all(|line| !line.contains("robot 1 decided: ")), "{lines:#?}");
+    stands.logs(&["robot 1 decided: "]);
+    true
 }
