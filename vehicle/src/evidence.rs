@@ -251,7 +251,7 @@ fn undecided(
         let reported = if index > 0 || is_one_undecided { account.empty } else { 0.0 };
         match reading(cell, 1.0, reported, variance) {
             Some((reading, told_nats)) => {
-                account.publish_object(told_nats);
+                account.withdraw_empty(told_nats);
                 readings.push(reading);
             }
             None => readings.push(Reading::undecided(cell)),

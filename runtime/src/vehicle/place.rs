@@ -23,6 +23,9 @@ use trail::Trail;
 /// Maximum number of corrections that wait for odometry of their time.
 const MOST_WAITING: usize = 64;
 
+/// Age from which a first pose was latched before this robot started: where the vehicle is now, odometry says.
+const LATCHED: Duration = Duration::from_secs(1);
+
 /// A pose of a vehicle with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Located {
@@ -191,11 +194,13 @@ impl Places {
             self.anchor(&correction);
             return Ok(None);
         }
+        let is_latched = self.waiting.is_empty() && correction.at.age > LATCHED;
         if self.waiting.len() == MOST_WAITING {
             self.waiting.pop_front();
         }
         self.waiting.push_back(correction);
-        let heading_radians = correction.heading_radians.filter(|_| self.trail.latest_ns().is_none());
+        let is_alone = self.trail.latest_ns().is_none() && !is_latched;
+        let heading_radians = correction.heading_radians.filter(|_| is_alone);
         Ok(heading_radians.map(|heading_radians| {
             self.missing = None;
             let Correction { at, x_meters, y_meters, std, .. } = correction;

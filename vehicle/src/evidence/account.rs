@@ -213,6 +213,13 @@ impl Account {
         self.nearest = u32::MAX;
     }
 
+    /// Marks evidence of being empty as withdrawn, since an object may be here. It counts again if the object turns out to be
+    /// elsewhere; but where tracks begin does not depend on it.
+    pub(super) fn withdraw_empty(&mut self, reported: f64) {
+        self.empty = (self.empty - reported).max(0.0);
+        self.missed_in_view.before = [0.0; PARTS];
+    }
+
     /// Marks evidence of an object as published: it first withdraws the evidence of being empty.
     pub(super) fn publish_object(&mut self, reported: f64) {
         let back = reported.min(self.empty);

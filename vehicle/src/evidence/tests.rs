@@ -263,8 +263,8 @@ fn where_a_track_may_be_nothing_is_empty() {
     }
 }
 
-/// Evidence of a cell's being empty is withdrawn when an object may be there after all, and while that is undecided no
-/// frame counts.
+/// Evidence of a cell's being empty is withdrawn when an object may be there after all, while that is undecided no frame
+/// counts, and if nothing is there the evidence is published again.
 #[test]
 fn emptiness_is_taken_back_when_something_may_be_there() {
     let terrain = terrain(OPEN);
@@ -287,13 +287,12 @@ fn emptiness_is_taken_back_when_something_may_be_there() {
         assert!(seen.readings.iter().any(Reading::is_undecided), "the robot has something left to do");
         last = add(&seen);
     }
+    let seen = observation(&terrain, &mut accounts, &[]);
+    let again = add(&seen);
     for (cell, probability) in open.into_iter().filter(|&(_, probability)| probability > 0.1) {
-        assert!(
-            first[&cell] < -0.5 && last[&cell].abs() < 0.05,
-            "{probability} {} {}",
-            first[&cell],
-            last[&cell]
-        );
+        let [first, last, again] = [&first, &last, &again].map(|reported| reported[&cell]);
+        assert!(first < -0.5 && last.abs() < 0.05, "{probability} {first} {last}");
+        assert!((again - first).abs() < 0.05, "it was empty after all: {first} {again}");
     }
 }
 

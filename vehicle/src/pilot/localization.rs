@@ -233,6 +233,8 @@ impl Localization {
             Some(before) if interval_ns <= self.max_age_ns => {
                 At::Known { fix: between(before, next, time_ns), interval_ns }
             }
+            // The oldest ones are dropped.
+            None if self.fixes.len() < KEPT_FIXES => At::TooEarly,
             _ => At::Never,
         }
     }
@@ -248,7 +250,9 @@ pub(super) enum At {
     },
     /// A later pose is needed.
     NotYet,
-    /// Before the first pose, or while poses were missing.
+    /// Before the first pose.
+    TooEarly,
+    /// Before all poses that are kept, or while poses were missing.
     Never,
 }
 

@@ -223,11 +223,15 @@ impl Perception {
                 break;
             }
             let Some((index, frame, detections)) = self.waiting.take() else { break };
+            // Cameras begin before localization does, whose own fault tells that it has not begun.
+            if at == At::TooEarly {
+                continue;
+            }
             let result = match at {
                 At::Known { fix, interval_ns } => {
                     self.follow(index, &frame, &detections, (&fix, interval_ns), terrain, sensor)
                 }
-                At::NotYet | At::Never => {
+                At::NotYet | At::TooEarly | At::Never => {
                     let numbers = [("time_seconds", seconds(frame.time_ns))];
                     Err(Fault::new(
                         "late",

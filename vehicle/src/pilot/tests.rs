@@ -459,6 +459,20 @@ fn cameras_of_unlike_latency_are_put_into_the_order_of_their_stamps() {
 }
 
 #[test]
+fn frames_from_before_the_first_pose_are_no_fault() {
+    let mut drive = Drive::new(&settings());
+    for _ in 0..3 {
+        drive.move_on();
+        for camera in drive.cameras.clone() {
+            let frame = drive.frame(&camera);
+            drive.tell(Event::Frame(frame));
+        }
+    }
+    drive.steps(3);
+    assert_eq!(reported(&drive.actions), Vec::<String>::new());
+}
+
+#[test]
 fn a_frame_that_comes_later_than_the_window_is_rejected_and_counted() {
     let mut drive = Drive::new(&settings());
     drive.steps(3);
