@@ -75,8 +75,14 @@ pub enum RuntimeError {
     #[error(transparent)]
     Recording(#[from] dragnet_coordinator::RecordingError),
     /// The search was stopped by the user; all until then is recorded.
-    #[error("stopped before the search was over{}", recording.as_ref().map(|file| format!("; {} holds all until then", file.display())).unwrap_or_default())]
+    #[error("stopped before the search was over{}", until_then(recording.as_ref()))]
     Stopped {
+        /// Its recording.
+        recording: Option<PathBuf>,
+    },
+    /// The operator did not wait for the robots' return; all until then is recorded.
+    #[error("the operator ended the mission before the search was over{}", until_then(recording.as_ref()))]
+    Ended {
         /// Its recording.
         recording: Option<PathBuf>,
     },
@@ -135,4 +141,8 @@ impl RuntimeError {
                 )
         )
     }
+}
+
+fn until_then(recording: Option<&PathBuf>) -> String {
+    recording.map(|file| format!("; {} holds all until then", file.display())).unwrap_or_default()
 }

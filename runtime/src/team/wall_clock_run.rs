@@ -1,6 +1,7 @@
 //! A team by the wall clock: all participants run as in the field, in a simulated world.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use dragnet_agent::agent::{Agent, AgentConfig};
 use dragnet_coordinator::node::CoordinatorNode;
@@ -88,9 +89,9 @@ pub(super) async fn run(
     let (mut ended, over) = ended(search, asked, &mut node).await?;
     // It ends first: robots that leave after the search are not lost.
     drop(stop_node);
-    let (node, _) = match over {
-        Some(over) => over,
-        None => joined(node).await?,
+    let (node, is_ended_by_operator) = match over {
+        Some((node, _)) => (node, true),
+        None => (joined(node).await?.0, false),
     };
     if let Some(sending) = sending {
         sending.finish().await;
@@ -119,9 +120,14 @@ pub(super) async fn run(
         None => {
             let why = ("stopped".to_owned(), "before the search was over".to_owned());
             node.finish(clock.now(), BTreeMap::from([why]))?;
-            Err(RuntimeError::Stopped { recording })
+            Err(stopped_by(is_ended_by_operator, recording))
         }
     }
+}
+
+/// Why a search was not over: its operator has ended the mission, or the user the program.
+fn stopped_by(is_operator: bool, recording: Option<PathBuf>) -> RuntimeError {
+    if is_operator { RuntimeError::Ended { recording } } else { RuntimeError::Stopped { recording } }
 }
 
 /// A coordinator that has ended, with the measurements of its run.
