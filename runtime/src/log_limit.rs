@@ -137,10 +137,6 @@ pub(crate) enum Kind {
     Double,
     /// There is one process again.
     One,
-    /// The own robot stops.
-    Stands,
-    /// The own robot continues.
-    GoesOn,
 }
 
 impl fmt::Display for Kind {
@@ -160,8 +156,6 @@ impl fmt::Display for Kind {
             Self::Disbelief => formatter.write_str("rejected times"),
             Self::Two | Self::Double => formatter.write_str("duplicate processes"),
             Self::One => formatter.write_str("ends of duplicate processes"),
-            Self::Stands => formatter.write_str("stops"),
-            Self::GoesOn => formatter.write_str("resumptions"),
         }
     }
 }

@@ -102,6 +102,7 @@ pub async fn run(
         set_forward: Duration::ZERO,
         doubled: BTreeSet::new(),
         contender: Contender::new(link.claim()),
+        told_stands: (false, None),
         progress: Progress::new(expected),
         has_stood: false,
     };
@@ -203,10 +204,15 @@ struct Driver<'a> {
     doubled: BTreeSet<RobotId>,
     /// Whether it stops and publishes nothing, because another process of its number goes on.
     contender: Contender,
+    /// Whether it stands as last logged, and when it was.
+    told_stands: (bool, Option<Duration>),
     progress: Progress,
     /// Whether it has received readings since it started.
     has_stood: bool,
 }
+
+/// A process that stands and goes on in turn, as a rival's connection comes and goes, logs the last of it this often.
+const STANDS_PERIOD: Duration = Duration::from_secs(1);
 
 /// Smaller adjustments of a clock are not logged.
 const LEAST: Duration = Duration::from_secs(1);
@@ -356,7 +362,7 @@ impl Driver<'_> {
         let standstill = self.progress.due().filter(|_| !self.contender.stands());
         // Only robots contend: a coordinator would wait for the past.
         let rise = self.contender.due().filter(|_| matches!(link.me(), Participant::Robot(_)));
-        [self.doubles.due(), rise, standstill].into_iter().flatten().min()
+        [self.doubles.due(), rise, standstill, self.due_standing()].into_iter().flatten().min()
     }
 
     /// Logs that nothing moves the robot.
@@ -378,11 +384,11 @@ impl Driver<'_> {
         if let Err(error) = link.rise(self.contender.claim()).await {
             self.teller.warn(Kind::Network, Sender::Known(me), error);
         }
+        self.tell_standing(link);
         let stands = self.contender.stands();
         if stands == stood {
             return Ok(());
         }
-        self.log_standing(me, stands);
         if let Some(radio) = self.radio.as_mut().filter(|_| stands) {
             radio.clear();
         }
@@ -413,18 +419,25 @@ impl Driver<'_> {
         }
     }
 
-    fn log_standing(&mut self, me: Participant, stands: bool) {
-        let sender = Sender::Known(me);
+    /// When it has to log that it stands or goes on, by the link's age.
+    fn due_standing(&self) -> Option<Duration> {
+        let (stands, at) = self.told_stands;
+        (stands != self.contender.stands()).then(|| at.map_or(Duration::ZERO, |at| at + STANDS_PERIOD))
+    }
+
+    fn tell_standing(&mut self, link: &Link) {
+        if self.due_standing().is_none_or(|due| link.age() < due) {
+            return;
+        }
+        let (me, stands) = (link.me(), self.contender.stands());
+        self.told_stands = (stands, Some(link.age()));
         if stands {
-            let text = format_args!(
-                "{me} stands still, and says nothing, as long as another process of {me} is in the mission that has searched \
-                 for longer, or was started together with it; one that is started with --take-over goes on instead of both"
+            tracing::error!(
+                "{me} stands still, and says nothing, as long as another process of {me} is in the mission that has searched for \
+                 longer, or was started together with it; one that is started with --take-over goes on instead of both"
             );
-            self.teller.error(Kind::Stands, sender, text);
         } else {
-            let text =
-                format_args!("{me} goes on: no other process of it that went before it is in the mission");
-            self.teller.inform(Kind::GoesOn, sender, text);
+            tracing::info!("{me} goes on: no other process of it that went before it is in the mission");
         }
     }
 
