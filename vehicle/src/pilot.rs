@@ -46,7 +46,7 @@ use crate::tracker::settings::SettingsError as TrackerError;
 use diagnostic::{Conditions, Fault, NO_POSE, Subject};
 use dragnet_lattice::costmap::CostMap;
 use dragnet_lattice::maneuvers::ManeuversError;
-use dragnet_lattice::plan::PlannerError;
+use dragnet_lattice::plan::{PlanError, PlannerError};
 use dragnet_lattice::plane::Pose;
 use drive::{Corridor, Driver, Goal, Leg};
 use localization::{Clock, Judgment, Localization};
@@ -495,7 +495,10 @@ impl Pilot {
         let goal = Goal { heading_radians, corridor: Corridor { middles, cell_meters } };
         let action = self.driver.set_out(pose, &goal);
         action.map(|action| (target, action)).map_err(|error| {
-            if !drive::is_of_the_start(&error) {
+            if matches!(error, PlanError::GoalBlocked(..)) {
+                // What the map says of this cell, it says of all such cells.
+                self.blocked = self.driver.too_narrow(&self.terrain);
+            } else if !drive::is_of_the_start(&error) {
                 self.blocked.push(target);
             }
             Fault::new("unreachable", &error.to_string(), &self.numbers(target))

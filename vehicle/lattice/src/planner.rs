@@ -196,6 +196,14 @@ impl Planner {
         Ok(run.plan(set, from, heading))
     }
 
+    /// Whether the vehicle has room at a goal, wherever it comes from.
+    ///
+    /// # Errors
+    /// [`PlanError::GoalOutside`] and [`PlanError::GoalBlocked`].
+    pub fn check_goal(&self, goal: &Goal) -> Result<(), PlanError> {
+        self.goal_states(goal).map(|_| ())
+    }
+
     fn start_state(&self, start: Pose) -> Result<(Position, u8), PlanError> {
         let Pose { x_meters: x, y_meters: y, heading_radians } = start;
         let cell = self.map.cell_at(x, y).ok_or(PlanError::StartOutside(x, y))?;

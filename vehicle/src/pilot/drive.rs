@@ -18,7 +18,8 @@ use dragnet_lattice::planner::Planner;
 
 /// Distances from the center of its goal's cell at which a plan may end, in edges of a cell: at first 0; with an
 /// obstacle there, beside it.
-const TOLERANCES: [f64; 3] = [0.0, 0.2, 0.45];
+const TOLERANCES: [f64; 3] = [0.0, 0.2, WIDEST];
+const WIDEST: f64 = 0.45;
 /// Cost factor of ground beside the run.
 const BESIDE: u8 = 4;
 /// The cost of the dearest ground that can be driven on.
@@ -152,6 +153,16 @@ impl Driver {
         }
     }
 
+    /// Traversable cells in which the vehicle has no room, by its own map, in order. A navigation stack tells of none.
+    pub(super) fn too_narrow(&self, terrain: &Terrain) -> Vec<Cell> {
+        let Self::Lattice(lattice) = self else { return Vec::new() };
+        let is_too_narrow = |&cell: &Cell| {
+            let has_no_room = || lattice.has_no_room(terrain.center_meters(cell), terrain.cell_meters());
+            terrain.is_traversable(cell) && has_no_room()
+        };
+        terrain.grid().cells().filter(is_too_narrow).collect()
+    }
+
     /// Whether a pose is near the end of the current path; true without one.
     pub(super) fn is_near_end(&self, pose: &Pose, near_meters: f64) -> bool {
         let end = match self {
@@ -171,6 +182,12 @@ impl Driver {
 }
 
 impl Lattice {
+    fn has_no_room(&self, (x_meters, y_meters): (f64, f64), cell_meters: f64) -> bool {
+        let tolerance_meters = WIDEST * cell_meters;
+        let goal = plan::Goal { x_meters, y_meters, heading_radians: None, tolerance_meters };
+        matches!(self.planner.check_goal(&goal), Err(PlanError::GoalBlocked(..)))
+    }
+
     fn set_out(&mut self, from: &Pose, goal: &Goal) -> Result<Action, PlanError> {
         let within = squares(self.planner.map(), &goal.corridor);
         self.reprice(&within, |cost| cost - BESIDE);

@@ -130,7 +130,7 @@ pub enum Action {
     },
     /// Report to the agent that its route is given up: a cell and its readings follow.
     RouteFailed {
-        /// The ends of runs that could not be driven.
+        /// The ends of runs that could not be driven and, if one was too narrow, all cells that are.
         blocked: Vec<Cell>,
     },
     /// Drive along this path, replacing any earlier one.

@@ -485,3 +485,28 @@ fn an_interlock_stops_the_vehicle_until_it_is_released() {
         assert_eq!(sensed(&drive.steps(40)).last(), cells(&ROUTE).last());
     }
 }
+
+/// The vehicle's own map has walls in cells in which it could stand by that of the search.
+#[test]
+fn of_cells_that_are_too_narrow_all_are_told_with_the_first() {
+    let mut drive = Drive::new(&settings());
+    let terrain = scenario().terrain().clone();
+    let mut map = CostMap::from_terrain(&terrain, 8).unwrap();
+    let narrow = cells(&[(2, 4), (7, 7), (11, 0)]);
+    for square in map.grid().cells() {
+        let (x_meters, y_meters) = map.center_meters(square);
+        if terrain.grid().cell_at(x_meters / 10.0, y_meters / 10.0).is_some_and(|cell| narrow.contains(&cell))
+        {
+            map.set(square, LETHAL).unwrap();
+        }
+    }
+    drive.step();
+    drive.tell(Event::Map(map));
+    drive.go(&[(2, 3), (2, 4)]);
+    let actions = drive.steps(10);
+    let failed: Vec<&Vec<Cell>> = actions
+        .iter()
+        .filter_map(|action| if let Action::RouteFailed { blocked } = action { Some(blocked) } else { None })
+        .collect();
+    assert_eq!(failed.first(), Some(&&narrow), "{:?}", reported(&actions));
+}
