@@ -309,6 +309,7 @@ impl Agent {
         match event {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut effects),
             Event::RouteFailed { blocked } => self.bar(now, &blocked),
+            Event::Doubted { cells } => self.sightings.doubt(&cells),
             Event::Received { from, message } => return self.receive(now, from, &message),
             Event::Woke => self.wake(now, &mut effects),
             Event::Came => self.heartbeats.request_sync(now),

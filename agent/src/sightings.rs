@@ -3,7 +3,8 @@
 //! Undecided readings are no evidence: the beliefs of two robots that track one object would add up to two objects. But
 //! a robot that has seen something and drove on must not plan as if it had seen nothing. So planning and the end of the
 //! search use a belief in which such a cell is at least as probable as that the object is in it rather than in another
-//! undecided cell of the same observation, or nowhere. A later reading that the cell is empty ends this.
+//! undecided cell of the same observation, or nowhere. A later reading that the cell is empty ends this. So it is with cells that
+//! it has reported to be empty, and has come to doubt when they were out of sight.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -34,6 +35,13 @@ impl Sightings {
             } else if has_undecided {
                 self.cells.insert(reading.cell, 1.0 / (places as f64 + 1.0));
             }
+        }
+    }
+
+    /// Adds cells in one of which an object may be, though they were observed to be empty.
+    pub(crate) fn doubt(&mut self, cells: &[Cell]) {
+        for &cell in cells {
+            self.cells.insert(cell, 1.0 / (cells.len() as f64 + 1.0));
         }
     }
 
@@ -95,6 +103,21 @@ mod tests {
         let both = [withdrawn, Reading::undecided(b)];
         assert_eq!(observe(&mut belief, &both), ["33", "33", "0"], "in one of two cells, or nowhere");
         assert_eq!(observe(&mut belief, &[empty(b)]), ["33", "0", "0"]);
+    }
+
+    #[test]
+    fn of_doubted_cells_each_may_hold_an_object_until_it_is_seen_to_be_empty_again() {
+        let (mut belief, [a, b, c]) = field();
+        [a, b, c].iter().for_each(|&cell| belief.add(&empty(cell)));
+        let mut sightings = Sightings::default();
+        sightings.doubt(&[a, b]);
+        let percent = |sightings: &Sightings| {
+            let added = sightings.added_to(&belief);
+            [a, b, c].map(|cell| format!("{:.0}", added.probability(cell) * 100.0))
+        };
+        assert_eq!(percent(&sightings), ["33", "33", "0"]);
+        sightings.add(&[empty(a)]);
+        assert_eq!(percent(&sightings), ["0", "33", "0"]);
     }
 
     #[test]

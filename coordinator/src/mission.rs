@@ -233,6 +233,7 @@ impl Mission {
             Event::Start
             | Event::Sensed { .. }
             | Event::RouteFailed { .. }
+            | Event::Doubted { .. }
             | Event::Came
             | Event::Halted
             | Event::Released

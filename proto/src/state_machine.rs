@@ -102,6 +102,11 @@ pub enum Event<M> {
         /// The cells that it could not enter.
         blocked: Vec<Cell>,
     },
+    /// A robot's vehicle has come to doubt that these cells, which it does not observe now, are empty; an observation follows.
+    Doubted {
+        /// The cells.
+        cells: Vec<Cell>,
+    },
     /// A message arrives.
     Received {
         /// Its publisher.
@@ -143,6 +148,7 @@ impl<M> Event<M> {
             Self::Start => Event::Start,
             Self::Sensed { cell, readings } => Event::Sensed { cell, readings },
             Self::RouteFailed { blocked } => Event::RouteFailed { blocked },
+            Self::Doubted { cells } => Event::Doubted { cells },
             Self::Woke => Event::Woke,
             Self::Came => Event::Came,
             Self::Lost(robot) => Event::Lost(robot),

@@ -257,6 +257,7 @@ impl Rehearsal<'_> {
                     self.believe();
                 }
                 Effect::RouteFailed { blocked } => self.handle(Event::RouteFailed { blocked })?,
+                Effect::Doubted { cells } => self.handle(Event::Doubted { cells })?,
                 Effect::MustReturn(must) => self.handle(Event::MustReturn(must))?,
                 Effect::Publish(output) => *self.log.published.entry(output.kind()).or_default() += 1,
                 Effect::Detect(request) => {

@@ -86,6 +86,8 @@ pub(crate) enum Effect {
     Sensed { cell: Cell, readings: Vec<Reading> },
     /// For the agent: the route is given up; the vehicle could not enter these cells.
     RouteFailed { blocked: Vec<Cell> },
+    /// For the agent: these cells, out of sight, may not be empty.
+    Doubted { cells: Vec<Cell> },
     /// For the agent: whether the vehicle must return to its base.
     MustReturn(bool),
     /// For the vehicle's network.
@@ -405,6 +407,7 @@ impl Vehicle {
         match action {
             Action::Sensed { cell, readings } => vec![Effect::Sensed { cell, readings }],
             Action::RouteFailed { blocked } => vec![Effect::RouteFailed { blocked }],
+            Action::Doubted { cells } => vec![Effect::Doubted { cells }],
             Action::Drive(plan) => {
                 let path = self.path(&plan.poses);
                 self.drive = self.located.map(|here| Drive { poses: plan.poses, stood: (here, now.mission) });

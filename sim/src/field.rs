@@ -254,6 +254,7 @@ impl<'a> Mission<'a> {
             match action {
                 Action::Sensed { cell, readings } => self.sense(index, cell, readings)?,
                 Action::RouteFailed { blocked } => self.tell(index, Event::RouteFailed { blocked })?,
+                Action::Doubted { cells } => self.tell(index, Event::Doubted { cells })?,
                 Action::Drive(plan) => vehicle.body.follow(&plan.poses),
                 Action::Go(pose) => {
                     let here = vehicle.body.pose();

@@ -26,6 +26,8 @@ pub mod finds;
 mod sight;
 pub mod spread;
 
+use std::collections::BTreeSet;
+
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::{MAX_VARIANCE, Reading};
 use dragnet_search::sensor::{FootprintCell, Sensor};
@@ -40,6 +42,8 @@ use finds::Finds;
 pub const OBJECT_NATS: f64 = 20.0;
 /// Smaller evidence is not published, nats.
 const LEAST_NATS: f64 = 0.02;
+/// Published evidence of a cell's being empty with which nobody looks into it again, nats.
+const DOUBTED_NATS: f64 = 1.0;
 /// Probability of a confirmed unassigned track from which its cell is undecided; the likeliest one is in any case.
 const LIKELY: f64 = 0.02;
 
@@ -142,6 +146,20 @@ pub fn unpublished<'a>(finds: &'a Finds, accounts: &'a Accounts) -> impl Iterato
     let is_unpublished = |cell: &Cell| OBJECT_NATS - accounts.object_nats(*cell) >= LEAST_NATS;
     let found = finds.iter().map(|find| find.cell).filter(is_unpublished);
     found.chain(finds.open.iter().filter(|&(_, &probability)| probability >= LIKELY).map(|(&cell, _)| cell))
+}
+
+/// Cells that this robot has published to be empty, that it does not read from a cell, and in which an object is or may be after
+/// all: the robot has to come back to them.
+pub(crate) fn doubted(
+    terrain: &Terrain,
+    sensor: &Sensor,
+    from: Cell,
+    finds: &Finds,
+    accounts: &Accounts,
+) -> BTreeSet<Cell> {
+    let is_out_of_sight = |cell: &Cell| terrain.grid().manhattan(from, *cell) > sensor.radius();
+    let was_empty = |cell: &Cell| accounts.empty_nats(*cell) >= DOUBTED_NATS;
+    unpublished(finds, accounts).filter(|cell| is_out_of_sight(cell) && was_empty(cell)).collect()
 }
 
 /// Whether a confirmed track is assigned to a cell, or may be in it.

@@ -370,14 +370,24 @@ impl Pilot {
             // The pose was checked above.
             if let Ok((last, seen)) = self.observation(cell, &pose) {
                 self.reported = Some((cell, now_ns));
+                self.doubt(cell, actions);
                 let seen = last.into_iter().chain([seen]);
                 actions.extend(seen.map(|seen| Action::Sensed { cell: seen.from, readings: seen.readings }));
             }
         } else if let Some(seen) = self.news(now_ns) {
+            self.doubt(cell, actions);
             actions.push(Action::Sensed { cell: seen.from, readings: seen.readings });
         }
         let outside = self.perception.take_outside();
         actions.extend(outside.iter().map(|place| Action::Tell(diagnostic::outside(place.x, place.y))));
+    }
+
+    /// Tells the agent of cells to come back to.
+    fn doubt(&mut self, from: Cell, actions: &mut Vec<Action>) {
+        let cells = self.perception.take_doubted(&self.terrain, &self.sensor, from);
+        if !cells.is_empty() {
+            actions.push(Action::Doubted { cells });
+        }
     }
 
     /// The observation of a cell and, if the vehicle has come from another one, the last one from there. Repeating the request

@@ -54,6 +54,7 @@ impl TryFrom<&Step> for wire::Step {
             }
             StepEvent::Event(
                 Event::RouteFailed { .. }
+                | Event::Doubted { .. }
                 | Event::Came
                 | Event::Commanded(_)
                 | Event::Halted

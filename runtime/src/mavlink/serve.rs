@@ -122,6 +122,9 @@ impl Service {
                 Effect::RouteFailed { blocked } => {
                     let _ = self.reports.send((None, Event::RouteFailed { blocked })).await;
                 }
+                Effect::Doubted { cells } => {
+                    let _ = self.reports.send((None, Event::Doubted { cells })).await;
+                }
                 Effect::Send(message) => self.link.send(self.encoder.encode(&message)),
                 Effect::Tell(Notice { level: Level::Ok, subject, message }) => {
                     tracing::info!("{subject}: {message}");

@@ -48,6 +48,8 @@ pub(crate) enum Effect {
     Sensed { cell: Cell, readings: Vec<Reading> },
     /// For the agent: the route is given up; the vehicle could not enter these cells.
     RouteFailed { blocked: Vec<Cell> },
+    /// For the agent: these cells, out of sight, may not be empty.
+    Doubted { cells: Vec<Cell> },
     /// For the autopilot.
     Send(Box<MavMessage>),
     /// For the log.
@@ -186,6 +188,10 @@ impl Vehicle {
             }
             PilotAction::RouteFailed { blocked } => {
                 effects.push(Effect::RouteFailed { blocked });
+                return None;
+            }
+            PilotAction::Doubted { cells } => {
+                effects.push(Effect::Doubted { cells });
                 return None;
             }
             PilotAction::Go(pose) => AutopilotEvent::Go(self.frame.target(&pose)),

@@ -85,6 +85,9 @@ impl Service {
                 Effect::RouteFailed { blocked } => {
                     let _ = self.reports.send((None, Event::RouteFailed { blocked })).await;
                 }
+                Effect::Doubted { cells } => {
+                    let _ = self.reports.send((None, Event::Doubted { cells })).await;
+                }
                 Effect::MustReturn(must) => {
                     let _ = self.reports.send((None, Event::MustReturn(must))).await;
                 }

@@ -155,6 +155,11 @@ impl Accounts {
         self.cells.get(&cell).map_or(0.0, |account| account.object)
     }
 
+    /// Published evidence of a cell's being empty, nats.
+    pub(super) fn empty_nats(&self, cell: Cell) -> f64 {
+        self.cells.get(&cell).map_or(0.0, |account| account.empty)
+    }
+
     /// Number of cells with an account.
     #[must_use]
     pub fn cell_count(&self) -> usize {

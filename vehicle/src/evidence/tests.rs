@@ -296,6 +296,22 @@ fn emptiness_is_taken_back_when_something_may_be_there() {
     }
 }
 
+/// An object that comes to light once its cell, which was told to be empty, is out of sight.
+#[test]
+fn a_robot_has_to_come_back_to_what_it_took_to_be_empty() {
+    let terrain = terrain(OPEN);
+    let mut accounts = seen_from(&terrain, &all_around(), &VEHICLE, 5);
+    observation(&terrain, &mut accounts, &[]);
+    let finds = finds(&terrain, &tracks(Vector2::new(85.0, 45.0), 4));
+    let doubted_from = |vehicle: &Pose, accounts: &Accounts| {
+        doubted(&terrain, &sensor(), standing_cell(&terrain, vehicle).unwrap(), &finds, accounts)
+    };
+    let likeliest = finds.open.iter().max_by(|a, b| a.1.total_cmp(b.1)).unwrap().0;
+    assert!(doubted_from(&FAR, &accounts).contains(likeliest));
+    assert!(doubted_from(&VEHICLE, &accounts).is_empty(), "it reads them itself");
+    assert!(doubted_from(&FAR, &Accounts::default()).is_empty(), "nobody took them to be empty");
+}
+
 /// The team's validation of each observation: a cell once, within the sensor's radius, not more precise than the
 /// sensor, its value within 8 standard deviations of the possible ones.
 #[test]

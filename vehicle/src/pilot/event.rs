@@ -133,6 +133,12 @@ pub enum Action {
         /// The ends of runs that could not be driven and, if one was too narrow, all cells that are.
         blocked: Vec<Cell>,
     },
+    /// Report to the agent that an object is or may be in cells that were reported to be empty and are out of sight: the robot
+    /// has to come back to them. An observation follows.
+    Doubted {
+        /// The cells.
+        cells: Vec<Cell>,
+    },
     /// Drive along this path, replacing any earlier one.
     Drive(Plan),
     /// Send this goal to the navigation stack.

@@ -51,6 +51,8 @@ pub(super) struct Perception {
     walls: Option<CostMap>,
     /// Whether the last observation contained undecided readings.
     has_undecided: bool,
+    /// Cells that were last told to be doubted.
+    doubted: BTreeSet<Cell>,
     /// The assigned detections of the frames that the last event has processed.
     assigned: Vec<Assigned>,
 }
@@ -105,6 +107,7 @@ impl Perception {
             accounts: Accounts::default(),
             walls: None,
             has_undecided: false,
+            doubted: BTreeSet::new(),
             assigned: Vec::new(),
         })
     }
@@ -157,6 +160,7 @@ impl Perception {
         self.finds.restart();
         self.accounts = Accounts::default();
         self.has_undecided = false;
+        self.doubted.clear();
         self.eyes.iter_mut().for_each(|eye| eye.received_ns = Some(now_ns));
     }
 
@@ -330,6 +334,14 @@ impl Perception {
         let had_undecided = std::mem::replace(&mut self.has_undecided, seen.has_undecided());
         let is_news = seen.is_evidence() || seen.has_undecided() != had_undecided;
         (seen, is_news)
+    }
+
+    /// Cells that it does not read from its own, was said to be empty, and may hold an object after all; each is returned once.
+    pub(super) fn take_doubted(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell) -> Vec<Cell> {
+        let doubted = evidence::doubted(terrain, sensor, from, &self.finds, &self.accounts);
+        let news = doubted.difference(&self.doubted).copied().collect();
+        self.doubted = doubted;
+        news
     }
 
     /// The last readings from a cell that the vehicle has left, if an object that it does not see from the next one is
