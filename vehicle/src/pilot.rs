@@ -507,7 +507,9 @@ impl Pilot {
         action.map(|action| (target, action)).map_err(|error| {
             if matches!(error, PlanError::GoalBlocked(..)) {
                 // What the map says of this cell, it says of all such cells.
-                self.blocked = self.driver.too_narrow(&self.terrain);
+                let narrow = self.driver.too_narrow(&self.terrain);
+                self.blocked.retain(|cell| !narrow.contains(cell));
+                self.blocked.extend(narrow);
             } else if !drive::is_of_the_start(&error) {
                 self.blocked.push(target);
             }

@@ -19,6 +19,7 @@ use dragnet_lattice::planner::Planner;
 /// Distances from the center of its goal's cell at which a plan may end, in edges of a cell: at first 0; with an
 /// obstacle there, beside it.
 const TOLERANCES: [f64; 3] = [0.0, 0.2, WIDEST];
+/// The largest: a cell in which the vehicle has no room so near to the center is too narrow.
 const WIDEST: f64 = 0.45;
 /// Cost factor of ground beside the run.
 const BESIDE: u8 = 4;

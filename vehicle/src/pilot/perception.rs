@@ -336,7 +336,8 @@ impl Perception {
         (seen, is_news)
     }
 
-    /// Cells that it does not read from its own, was said to be empty, and may hold an object after all; each is returned once.
+    /// Cells that it has published to be empty, that may hold an object after all, and that it does not read from this cell; each is
+    /// returned once.
     pub(super) fn take_doubted(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell) -> Vec<Cell> {
         let doubted = evidence::doubted(terrain, sensor, from, &self.finds, &self.accounts);
         let news = doubted.difference(&self.doubted).copied().collect();
