@@ -108,7 +108,9 @@ mod tests {
     #[test]
     fn of_doubted_cells_each_may_hold_an_object_until_it_is_seen_to_be_empty_again() {
         let (mut belief, [a, b, c]) = field();
-        [a, b, c].iter().for_each(|&cell| belief.add(&empty(cell)));
+        for cell in [a, b, c] {
+            belief.add(&empty(cell));
+        }
         let mut sightings = Sightings::default();
         sightings.doubt(&[a, b]);
         let percent = |sightings: &Sightings| {
