@@ -256,9 +256,7 @@ impl Rehearsal<'_> {
                     self.handle(Event::Sensed { cell, readings })?;
                     self.believe();
                 }
-                Effect::RouteFailed { blocked } => self.handle(Event::RouteFailed { blocked })?,
-                Effect::Doubted { cells } => self.handle(Event::Doubted { cells })?,
-                Effect::MustReturn(must) => self.handle(Event::MustReturn(must))?,
+                Effect::Report(event) => self.handle(event)?,
                 Effect::Publish(output) => *self.log.published.entry(output.kind()).or_default() += 1,
                 Effect::Detect(request) => {
                     if let Some(detector) = &mut self.detector {

@@ -23,6 +23,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use dragnet_lattice::plane::Pose;
+use dragnet_proto::message::Message;
+use dragnet_proto::state_machine::Event as AgentEvent;
 use dragnet_ros2::input::{DetectedBox, Detections, GoalStatus, Image, Occupancy};
 use dragnet_ros2::name::TopicName;
 use dragnet_ros2::navigation_goal::{NavigationGoal, Progress};
@@ -84,12 +86,8 @@ pub(crate) struct Now {
 pub(crate) enum Effect {
     /// For the agent: the vehicle's cell, and the readings since the last observation.
     Sensed { cell: Cell, readings: Vec<Reading> },
-    /// For the agent: the route is given up; the vehicle could not enter these cells.
-    RouteFailed { blocked: Vec<Cell> },
-    /// For the agent: these cells, out of sight, may not be empty.
-    Doubted { cells: Vec<Cell> },
-    /// For the agent: whether the vehicle must return to its base.
-    MustReturn(bool),
+    /// For the agent: another event of its vehicle.
+    Report(AgentEvent<Message>),
     /// For the vehicle's network.
     Publish(Output),
     /// For this program's own detector, if any; its detections come back through [`Vehicle::see`].
@@ -406,8 +404,8 @@ impl Vehicle {
     fn act(&mut self, now: Now, action: Action) -> Vec<Effect> {
         match action {
             Action::Sensed { cell, readings } => vec![Effect::Sensed { cell, readings }],
-            Action::RouteFailed { blocked } => vec![Effect::RouteFailed { blocked }],
-            Action::Doubted { cells } => vec![Effect::Doubted { cells }],
+            Action::RouteFailed { blocked } => vec![Effect::Report(AgentEvent::RouteFailed { blocked })],
+            Action::Doubted { cells } => vec![Effect::Report(AgentEvent::Doubted { cells })],
             Action::Drive(plan) => {
                 let path = self.path(&plan.poses);
                 self.drive = self.located.map(|here| Drive { poses: plan.poses, stood: (here, now.mission) });

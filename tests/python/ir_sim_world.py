@@ -240,8 +240,7 @@ class Robot:
         """A point beside the next one of the path, where there is room for a robot."""
         ahead = target - here
         right = np.array([ahead[1], -ahead[0]]) / max(float(np.linalg.norm(ahead)), 0.1) * ASIDE_METERS
-        places = [place for place in (target + right, target - right) if self.world.planner.has_room(place)]
-        return next(iter(places), target)
+        return next(filter(self.world.planner.has_room, (target + right, target - right)), target)
 
     def nears(self, meters, radians, is_meant=lambda other: True):
         """Whether such a robot is so near, and no farther to either side."""

@@ -157,9 +157,15 @@ pub(crate) fn doubted(
     finds: &Finds,
     accounts: &Accounts,
 ) -> BTreeSet<Cell> {
-    let is_out_of_sight = |cell: &Cell| terrain.grid().manhattan(from, *cell) > sensor.radius();
-    let was_empty = |cell: &Cell| accounts.empty_nats(*cell) >= DOUBTED_NATS;
-    unpublished(finds, accounts).filter(|cell| is_out_of_sight(cell) && was_empty(cell)).collect()
+    let is_doubted = |&cell: &Cell| {
+        is_out_of_sight(terrain, sensor, from, cell) && accounts.empty_nats(cell) >= DOUBTED_NATS
+    };
+    unpublished(finds, accounts).filter(is_doubted).collect()
+}
+
+/// Whether a vehicle in a cell reads nothing of another one.
+pub(crate) fn is_out_of_sight(terrain: &Terrain, sensor: &Sensor, from: Cell, cell: Cell) -> bool {
+    terrain.grid().manhattan(from, cell) > sensor.radius()
 }
 
 /// Whether a confirmed track is assigned to a cell, or may be in it.

@@ -119,11 +119,8 @@ impl Service {
                     // An agent that is gone receives nothing: the vehicle is about to be stopped.
                     let _ = self.reports.send((None, Event::Sensed { cell, readings })).await;
                 }
-                Effect::RouteFailed { blocked } => {
-                    let _ = self.reports.send((None, Event::RouteFailed { blocked })).await;
-                }
-                Effect::Doubted { cells } => {
-                    let _ = self.reports.send((None, Event::Doubted { cells })).await;
+                Effect::Report(event) => {
+                    let _ = self.reports.send((None, event)).await;
                 }
                 Effect::Send(message) => self.link.send(self.encoder.encode(&message)),
                 Effect::Tell(Notice { level: Level::Ok, subject, message }) => {

@@ -11,6 +11,8 @@ use dragnet_mavlink::autopilot::{
 };
 use dragnet_mavlink::frames::Frame;
 use dragnet_mavlink::target::{Place, Position, Target};
+use dragnet_proto::message::Message;
+use dragnet_proto::state_machine::Event as AgentEvent;
 use dragnet_scenario::Scenario;
 use dragnet_scenario::map_file::{GeoPoint, Georeference};
 use dragnet_search::belief::Belief;
@@ -46,10 +48,8 @@ pub(crate) struct Now {
 pub(crate) enum Effect {
     /// For the agent: the vehicle's cell, and the readings since the last observation.
     Sensed { cell: Cell, readings: Vec<Reading> },
-    /// For the agent: the route is given up; the vehicle could not enter these cells.
-    RouteFailed { blocked: Vec<Cell> },
-    /// For the agent: these cells, out of sight, may not be empty.
-    Doubted { cells: Vec<Cell> },
+    /// For the agent: another event of its vehicle.
+    Report(AgentEvent<Message>),
     /// For the autopilot.
     Send(Box<MavMessage>),
     /// For the log.
@@ -187,11 +187,11 @@ impl Vehicle {
                 return None;
             }
             PilotAction::RouteFailed { blocked } => {
-                effects.push(Effect::RouteFailed { blocked });
+                effects.push(Effect::Report(AgentEvent::RouteFailed { blocked }));
                 return None;
             }
             PilotAction::Doubted { cells } => {
-                effects.push(Effect::Doubted { cells });
+                effects.push(Effect::Report(AgentEvent::Doubted { cells }));
                 return None;
             }
             PilotAction::Go(pose) => AutopilotEvent::Go(self.frame.target(&pose)),

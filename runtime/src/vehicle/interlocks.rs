@@ -7,7 +7,7 @@ use dragnet_ros2::output::{Diagnostic, Level};
 use dragnet_vehicle::pilot::{Event, Interlock, InterlockFault};
 use dragnet_vehicle::settings::FaultResponse;
 
-use super::{Effect, Now, Vehicle};
+use super::{AgentEvent, Effect, Now, Vehicle};
 use crate::ros::settings::{Battery as BatterySettings, Checked, EmergencyStop, LowBattery};
 
 /// Charge above the least one at which a battery is no longer low, percent: a load lets it seem lower.
@@ -117,7 +117,7 @@ impl Vehicle {
         let fault = fault.filter(|_| is_to_stop);
         effects.extend(self.tell(now, Event::Interlock(Interlock::Battery, fault)));
         if on_low == LowBattery::Home && was_low != self.interlocks.is_low {
-            effects.push(Effect::MustReturn(self.interlocks.is_low));
+            effects.push(Effect::Report(AgentEvent::MustReturn(self.interlocks.is_low)));
         }
         effects
     }

@@ -82,14 +82,8 @@ impl Service {
                     // An agent that is gone receives nothing: the vehicle is about to be stopped.
                     let _ = self.reports.send((None, Event::Sensed { cell, readings })).await;
                 }
-                Effect::RouteFailed { blocked } => {
-                    let _ = self.reports.send((None, Event::RouteFailed { blocked })).await;
-                }
-                Effect::Doubted { cells } => {
-                    let _ = self.reports.send((None, Event::Doubted { cells })).await;
-                }
-                Effect::MustReturn(must) => {
-                    let _ = self.reports.send((None, Event::MustReturn(must))).await;
+                Effect::Report(event) => {
+                    let _ = self.reports.send((None, event)).await;
                 }
                 Effect::Picture(picture) => {
                     let age_ns = self.clock.now().0.saturating_sub(picture.time_ns);

@@ -12,6 +12,7 @@ use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 use nalgebra::{Matrix2, Vector2};
 
+use super::is_out_of_sight;
 use super::spread::{cell_at, over_cells};
 use crate::tracker::track::{Standing, Track, TrackId};
 use crate::tracker::{largest_std_meters, seconds_between};
@@ -73,13 +74,6 @@ pub struct Vantage<'a> {
     pub sensor: &'a Sensor,
     /// The vehicle's cell.
     pub from: Cell,
-}
-
-impl Vantage<'_> {
-    /// Whether the vehicle reads a cell no more.
-    fn is_out_of_sight(&self, cell: Cell) -> bool {
-        self.terrain.grid().manhattan(self.from, cell) > self.sensor.radius()
-    }
 }
 
 /// All finds, and cells of unassigned tracks.
@@ -218,13 +212,13 @@ impl Finds {
         tracks: &[Track],
         vantage: &Vantage<'_>,
     ) -> Option<Cell> {
-        let Vantage { now_ns, terrain, .. } = *vantage;
+        let Vantage { now_ns, terrain, sensor, from } = *vantage;
         let (cell, probability) = likeliest(cells, |_, _| true)?;
         let std_meters = track.std_meters();
         // Cells may be smaller than the vehicle's own error: then no cell is better than the likeliest.
         let good_enough_meters =
             (PASSED_SHARE * terrain.cell_meters()).max(GOOD_METERS).max(final_meters(track));
-        let is_last_chance = vantage.is_out_of_sight(cell) && std_meters <= GOOD_METERS;
+        let is_last_chance = is_out_of_sight(terrain, sensor, from, cell) && std_meters <= GOOD_METERS;
         let is_known = probability >= CERTAIN
             || is_last_chance
             || (self.is_final(track, now_ns) && std_meters <= good_enough_meters);

@@ -227,15 +227,13 @@ impl Perception {
                 break;
             }
             let Some((index, frame, detections)) = self.waiting.take() else { break };
-            // Cameras begin before localization does, whose own fault tells that it has not begun.
-            if at == At::TooEarly {
-                continue;
-            }
             let result = match at {
                 At::Known { fix, interval_ns } => {
                     self.follow(index, &frame, &detections, (&fix, interval_ns), terrain, sensor)
                 }
-                At::NotYet | At::TooEarly | At::Never => {
+                // Cameras begin before localization does, whose own fault tells that it has not begun.
+                At::TooEarly => continue,
+                At::NotYet | At::Never => {
                     let numbers = [("time_seconds", seconds(frame.time_ns))];
                     Err(Fault::new(
                         "late",
@@ -348,7 +346,7 @@ impl Perception {
     /// The last readings from a cell that the vehicle has left, if an object that it does not see from the next one is
     /// not published yet.
     fn farewell(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell, to: Cell) -> Option<Seen> {
-        let is_out_of_sight = |cell| terrain.grid().manhattan(to, cell) > sensor.radius();
+        let is_out_of_sight = |cell| evidence::is_out_of_sight(terrain, sensor, to, cell);
         let Self { finds, accounts, .. } = self;
         if !evidence::unpublished(finds, accounts).any(is_out_of_sight) {
             return None;

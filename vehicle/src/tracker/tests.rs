@@ -258,8 +258,6 @@ fn a_false_alarm_does_not_end_a_track() {
     assert!((best.position_meters() - object).norm() < 1.0, "{}", best.position_meters());
 }
 
-/// A camera with a shorter range has missed it all the time: a single detection there may be a false alarm, and
-/// repeated ones mean that the object is near.
 /// Of a drive past an object at (11.9, 7.0): each tenth of a second the camera's pose, and a bearing. The first one is a
 /// false alarm, which crosses the next one before the object.
 const DRIVE: [([f64; 3], Option<f64>); 19] = [
@@ -306,6 +304,8 @@ fn a_track_that_begins_with_a_false_alarm_ends_at_its_object() {
     assert!(off_meters < 3.0 * track.std_meters(), "{off_meters} m off, {} m", track.std_meters());
 }
 
+/// A camera with a shorter range has missed it all the time: a single detection there may be a false alarm, and
+/// repeated ones mean that the object is near.
 #[test]
 fn one_detection_by_a_camera_that_always_missed_it_does_not_rule_out_that_it_is_far() {
     let mut tracker = tracker();

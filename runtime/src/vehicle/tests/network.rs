@@ -256,9 +256,9 @@ fn a_low_battery_stops_the_vehicle_or_is_told() {
 
     let mut vehicle = measured("battery = { topic = 'battery', on_low = 'home', resume_percent = 50.0 }");
     let must_return = |effects: Vec<Effect>| {
-        let orders = effects
-            .iter()
-            .filter_map(|it| if let Effect::MustReturn(must) = it { Some(*must) } else { None });
+        let orders = effects.iter().filter_map(|it| {
+            if let Effect::Report(AgentEvent::MustReturn(must)) = it { Some(*must) } else { None }
+        });
         orders.collect::<Vec<_>>()
     };
     let said: Vec<_> = (1..).zip([25.0, 19.0, 30.0, 45.0, 50.0, 40.0]).collect();
