@@ -20,6 +20,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::intent::PlannedPrecision;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId, Source};
 use dragnet_search::one_subject::OneSubject;
 use dragnet_search::policy::{Decision, Policy};
@@ -159,6 +160,8 @@ pub struct Agent {
     is_overtaken: bool,
     /// Where vehicles have detected objects that they could not assign to a cell yet.
     sightings: Sightings,
+    /// Positions of objects that its next observation carries.
+    located: Vec<ObjectPosition>,
     /// Cells that its vehicle does not see.
     blind_spots: BlindSpots,
     /// Cells that its vehicle could not enter.
@@ -241,6 +244,7 @@ impl Agent {
             decided: MissionTime::START,
             is_overtaken: false,
             sightings: Sightings::default(),
+            located: Vec::new(),
             blind_spots: BlindSpots::default(),
             barred: Barred::default(),
             decisions: 0,
@@ -310,6 +314,7 @@ impl Agent {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut effects),
             Event::RouteFailed { blocked } => self.bar(now, &blocked),
             Event::Doubted { cells } => self.sightings.doubt(&cells),
+            Event::Located(positions) => self.located = positions,
             Event::Received { from, message } => return self.receive(now, from, &message),
             Event::Woke => self.wake(now, &mut effects),
             Event::Came => self.heartbeats.request_sync(now),
@@ -458,6 +463,7 @@ impl Agent {
             time_ns: self.dated.0,
             from: cell,
             readings,
+            positions: std::mem::take(&mut self.located).into(),
         });
         if let Err(rejected) = self.replica.record(&observation) {
             effects.rejected.push(rejected);

@@ -8,6 +8,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
+use dragnet_search::object_position::ObjectPosition;
 
 use crate::agent::Agent;
 
@@ -35,6 +36,10 @@ impl StateMachine for Agent {
 
     fn is_found(&self, cell: Cell) -> bool {
         Agent::is_found(self, cell)
+    }
+
+    fn position(&self, cell: Cell) -> Option<&ObjectPosition> {
+        self.replica().knowledge().positions().of(cell)
     }
 
     fn digest(&self) -> Digest {

@@ -193,7 +193,14 @@ fn a_restarted_robot_goes_back_to_where_it_started_first() {
     let start = before.cell(0, 0);
     let readings = vec![Reading { cell: start, value: 0.0, variance: 0.001 }];
     let origin = Origin::first(RobotId::FIRST);
-    let mut stored = vec![Arc::new(Observation { origin, sequence: 0, time_ns: 0, from: start, readings })];
+    let mut stored = vec![Arc::new(Observation {
+        origin,
+        sequence: 0,
+        time_ns: 0,
+        from: start,
+        readings,
+        positions: Box::default(),
+    })];
     for (step, &cell) in (1..).zip(&path) {
         stored.extend(before.sense(15 * step, cell).kept);
     }
@@ -242,6 +249,7 @@ fn a_robot_rests_when_nothing_is_left_and_goes_on_when_doubt_comes_back() {
         time_ns: 0,
         from: cell,
         readings: clear(&field, 1.1),
+        positions: Box::default(),
     };
     field.receive(5, 2, Message::Observation(doubt.into()));
     assert!(field.wake(10).route.is_some_and(|route| !route.is_empty()));
@@ -356,7 +364,14 @@ fn a_restarted_robot_restores_its_observations_and_reuses_no_name() {
     keep(field.sense(0, field.cell(0, 0)));
     let origin = Origin::first(RobotId::new(2).unwrap());
     let readings = vec![Reading { cell: field.cell(9, 9), value: 1.0, variance: 0.001 }];
-    let reported = Observation { origin, sequence: 0, time_ns: 0, from: field.cell(9, 9), readings };
+    let reported = Observation {
+        origin,
+        sequence: 0,
+        time_ns: 0,
+        from: field.cell(9, 9),
+        readings,
+        positions: Box::default(),
+    };
     keep(field.receive(5, 2, Message::Observation(reported.into())));
     keep(field.sense(10, field.cell(0, 1)));
     assert_eq!(kept.len(), 3);

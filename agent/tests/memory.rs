@@ -125,8 +125,14 @@ impl Search {
     fn receive_mate(&mut self, now: MissionTime, sequence: u64) {
         let from = self.lane_cell(400, sequence);
         let readings = self.observe(from);
-        let observation =
-            Observation { origin: Origin::first(MATE), sequence, time_ns: now.0, from, readings };
+        let observation = Observation {
+            origin: Origin::first(MATE),
+            sequence,
+            time_ns: now.0,
+            from,
+            readings,
+            positions: Box::default(),
+        };
         self.receive(now, Message::Observation(Arc::new(observation)));
         if sequence.is_multiple_of(10) {
             let intent = self.plan_of_mate(now, sequence);

@@ -471,7 +471,14 @@ fn seen(cell: Cell, sequence: u64) -> Message {
     let origin = Origin { source: ROBOT.into(), incarnation: 7 };
     let readings = vec![Reading { cell, value: 1.0, variance: 0.125 }];
     let time_ns = sequence * SECOND;
-    Message::Observation(Arc::new(Observation { origin, sequence, time_ns, from: cell, readings }))
+    Message::Observation(Arc::new(Observation {
+        origin,
+        sequence,
+        time_ns,
+        from: cell,
+        readings,
+        positions: Box::default(),
+    }))
 }
 
 #[test]

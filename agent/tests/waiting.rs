@@ -80,6 +80,7 @@ impl Field {
             time_ns: at(seconds).0,
             from: self.cell(from),
             readings: empty.into_iter().map(reading).collect(),
+            positions: Box::default(),
         };
         self.mate_sequence += 1;
         self.receive(seconds, Message::Observation(observation.into()))

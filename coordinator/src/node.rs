@@ -6,7 +6,9 @@ use dragnet_proto::message::Message;
 use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::RobotId;
 
 use crate::RecordingError;
@@ -164,6 +166,10 @@ impl StateMachine for CoordinatorNode {
     ) -> Result<Effects<Message>, ParticipantError> {
         let outcome = self.mission.receive(now, from, message);
         Ok(self.recorded(now, outcome))
+    }
+
+    fn position(&self, cell: Cell) -> Option<&ObjectPosition> {
+        self.mission.replica().knowledge().positions().of(cell)
     }
 
     fn is_over(&self) -> bool {

@@ -218,43 +218,43 @@ impl Codec {
     pub fn decode(&self, kind: MessageKind, bytes: &[u8]) -> Result<Message, ConvertError> {
         match kind {
             MessageKind::Observation => {
-                let (wire, check) = self.read_any::<wire::Observation>(bytes)?;
+                let (wire, check) = self.read_observation(bytes)?;
                 Ok(Message::Observation(Arc::new(check.observation(&wire)?)))
             }
             MessageKind::Intent => {
-                let (wire, check) = self.read_any::<wire::Intent>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Intent>(wire::VERSION, bytes)?;
                 Ok(Message::Intent(check.intent(&wire)?))
             }
             MessageKind::Heartbeat => {
-                let (wire, check) = self.read_any::<wire::Heartbeat>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Heartbeat>(wire::VERSION, bytes)?;
                 Ok(Message::Heartbeat(check.heartbeat(&wire)?))
             }
             MessageKind::SyncRequest => {
-                let (wire, check) = self.read_any::<wire::SyncRequest>(bytes)?;
+                let (wire, check) = self.read_any::<wire::SyncRequest>(wire::VERSION, bytes)?;
                 Ok(Message::SyncRequest(check.sync_request(&wire)?))
             }
             MessageKind::SyncReply => {
-                let (wire, check) = self.read_any::<wire::SyncReply>(bytes)?;
+                let (wire, check) = self.read_any::<wire::SyncReply>(wire::OBSERVATION_VERSION, bytes)?;
                 Ok(Message::SyncReply(check.sync_reply(&wire)?))
             }
             MessageKind::MissionStatus => {
-                let (wire, check) = self.read_any::<wire::MissionStatus>(bytes)?;
+                let (wire, check) = self.read_any::<wire::MissionStatus>(wire::VERSION, bytes)?;
                 Ok(Message::MissionStatus(check.mission_status(&wire)?))
             }
             MessageKind::Verdicts => {
-                let (wire, check) = self.read_any::<wire::Verdicts>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Verdicts>(wire::VERSION, bytes)?;
                 Ok(Message::Verdicts(check.verdicts(&wire)?))
             }
             MessageKind::Orders => {
-                let (wire, check) = self.read_any::<wire::Orders>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Orders>(wire::VERSION, bytes)?;
                 Ok(Message::Orders(check.orders(&wire)?))
             }
             MessageKind::Zones => {
-                let (wire, check) = self.read_any::<wire::Zones>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Zones>(wire::VERSION, bytes)?;
                 Ok(Message::Zones(check.zones(&wire)?))
             }
             MessageKind::Marks => {
-                let (wire, check) = self.read_any::<wire::Marks>(bytes)?;
+                let (wire, check) = self.read_any::<wire::Marks>(wire::VERSION, bytes)?;
                 Ok(Message::Marks(check.marks(&wire)?))
             }
         }
@@ -298,13 +298,25 @@ impl Codec {
 
     fn read_any<T: RosMessage + DeserializeOwned + Packed>(
         &self,
+        version: u8,
         bytes: &[u8],
     ) -> Result<(T, Check), ConvertError> {
         if bytes.first() != Some(&packed::MARK) {
-            return self.read(bytes);
+            return self.read_version(version, bytes);
         }
         let refused = |source| ConvertError::Packed { message: T::NAME, source };
-        Ok((packed::unpack(bytes, self.grid).map_err(refused)?, self.check::<T>(wire::VERSION)))
+        Ok((packed::unpack(bytes, self.grid).map_err(refused)?, self.check::<T>(version)))
+    }
+
+    /// Recordings and journals of earlier programs hold observations of an earlier version.
+    fn read_observation(&self, bytes: &[u8]) -> Result<(wire::Observation, Check), ConvertError> {
+        let version = cdr::body(bytes).ok().and_then(|body| body.first());
+        if version != Some(&wire::EarlierObservation::VERSION) {
+            return self.read_any(wire::OBSERVATION_VERSION, bytes);
+        }
+        let refused = |source| ConvertError::Bytes { message: wire::Observation::NAME, source };
+        let earlier: wire::EarlierObservation = cdr::decode(bytes).map_err(refused)?;
+        Ok((earlier.into(), self.check::<wire::Observation>(wire::OBSERVATION_VERSION)))
     }
 
     const fn check<T: RosMessage>(&self, version: u8) -> Check {

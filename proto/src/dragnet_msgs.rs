@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 
 pub use definitions::{DEFINITIONS, NAMES};
 
-/// The version of all messages of this program but [`StepReply`].
+/// The version of all messages of this program but those below.
 pub const VERSION: u8 = 4;
+/// The version of [`Observation`], and of [`SyncReply`] and [`ObjectPosition`].
+pub const OBSERVATION_VERSION: u8 = 5;
 /// The version of [`StepReply`]. Only processes of one simulation exchange it, and it is never stored.
 pub const STEP_REPLY_VERSION: u8 = 5;
 
@@ -27,6 +29,47 @@ pub struct Observation {
     pub cells: Vec<u32>,
     pub values: Vec<f32>,
     pub variances: Vec<f32>,
+    pub positions: Vec<ObjectPosition>,
+}
+
+/// `dragnet_msgs/msg/ObjectPosition`, see `msg/ObjectPosition.msg`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ObjectPosition {
+    pub version: u8,
+    pub cell: u32,
+    pub east_meters: f64,
+    pub north_meters: f64,
+    pub covariance_square_meters: [f32; 3],
+}
+
+/// An [`Observation`] of version 4, as recordings and journals of earlier programs hold it.
+#[derive(Debug, Deserialize)]
+pub(crate) struct EarlierObservation {
+    _version: u8,
+    robot: u16,
+    incarnation: u64,
+    sequence: u64,
+    time_ns: u64,
+    cell: u32,
+    cells: Vec<u32>,
+    values: Vec<f32>,
+    variances: Vec<f32>,
+}
+
+impl EarlierObservation {
+    /// The version of all of them.
+    pub(crate) const VERSION: u8 = 4;
+}
+
+impl From<EarlierObservation> for Observation {
+    fn from(earlier: EarlierObservation) -> Self {
+        let EarlierObservation {
+            robot, incarnation, sequence, time_ns, cell, cells, values, variances, ..
+        } = earlier;
+        let version = OBSERVATION_VERSION;
+        let positions = Vec::new();
+        Self { version, robot, incarnation, sequence, time_ns, cell, cells, values, variances, positions }
+    }
 }
 
 /// `dragnet_msgs/msg/Intent`, see `msg/Intent.msg`.

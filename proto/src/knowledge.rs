@@ -13,6 +13,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::Digest;
+use dragnet_search::object_position::ObjectPositions;
 use dragnet_search::observation::{Observation, ObservationLog, Versions};
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::terrain::Terrain;
@@ -45,6 +46,7 @@ struct State {
     belief: Belief,
     /// Cells that robots can observe, from the cells of all observations.
     reach: Arc<Reach>,
+    positions: Arc<ObjectPositions>,
     verdicts: Arc<Verdicts>,
     marks: Arc<Marks>,
     /// Sum of the digests of the observations; kept only while the knowledge is shared.
@@ -64,10 +66,12 @@ struct Derived {
 /// A copy is made to be changed: nobody has counted anything after it.
 impl Clone for State {
     fn clone(&self) -> Self {
-        let Self { log, belief, reach, verdicts, marks, digests, .. } = self;
+        let Self { log, belief, reach, positions, verdicts, marks, digests, .. } = self;
         let (log, belief) = (log.clone(), belief.clone());
-        let (reach, verdicts, marks) = (Arc::clone(reach), Arc::clone(verdicts), Arc::clone(marks));
-        Self { log, belief, reach, verdicts, marks, digests: *digests, derived: Derived::default() }
+        let (reach, positions) = (Arc::clone(reach), Arc::clone(positions));
+        let (verdicts, marks) = (Arc::clone(verdicts), Arc::clone(marks));
+        let (digests, derived) = (*digests, Derived::default());
+        Self { log, belief, reach, positions, verdicts, marks, digests, derived }
     }
 }
 
@@ -88,6 +92,9 @@ impl State {
         for reading in &observation.readings {
             self.belief.add(reading);
         }
+        if !observation.positions.is_empty() {
+            Arc::make_mut(&mut self.positions).add(observation);
+        }
         self.log.insert(Arc::clone(observation));
     }
 }
@@ -97,9 +104,9 @@ impl Knowledge {
     #[must_use]
     pub fn new(terrain: &Terrain, prior: Belief) -> Self {
         let reach = Arc::new(Reach::unknown(terrain.grid()));
-        let (log, verdicts, marks, derived) = Default::default();
+        let (log, positions, verdicts, marks, derived) = Default::default();
         let shared_prior = prior.shared_prior();
-        let state = State { log, belief: prior, reach, verdicts, marks, digests: 0, derived };
+        let state = State { log, belief: prior, reach, positions, verdicts, marks, digests: 0, derived };
         Self { state: Arc::new(state), prior: shared_prior, shared: None }
     }
 
@@ -139,6 +146,12 @@ impl Knowledge {
     #[must_use]
     pub fn reach(&self) -> &Reach {
         &self.state.reach
+    }
+
+    /// The positions of declared objects, as far as robots know them.
+    #[must_use]
+    pub fn positions(&self) -> &Arc<ObjectPositions> {
+        &self.state.positions
     }
 
     /// The operator's verdicts.
@@ -284,6 +297,7 @@ impl SharedKnowledge {
 #[cfg(test)]
 mod tests {
     use dragnet_search::evidence::Reading;
+    use dragnet_search::object_position::ObjectPosition;
     use dragnet_search::observation::{Origin, RobotId};
     use proptest::prelude::*;
 
@@ -300,7 +314,10 @@ mod tests {
         let cell = terrain.grid().cell_numbered(u32::from(robot)).unwrap();
         let readings = vec![Reading { cell, value, variance: 0.1 }];
         let origin = Origin::first(RobotId::new(robot).unwrap());
-        Arc::new(Observation { origin, sequence, time_ns: sequence, from: cell, readings })
+        let variance = 1.0 / (1.0 + value.abs());
+        let position = ObjectPosition::new(cell, [f64::from(value), 0.5], [variance, 0.0, variance]);
+        let positions = position.filter(|_| sequence.is_multiple_of(3)).into_iter().collect();
+        Arc::new(Observation { origin, sequence, time_ns: sequence, from: cell, readings, positions })
     }
 
     /// Whether it only followed.
@@ -398,6 +415,7 @@ mod tests {
                 for (knowledge, alone) in team.iter().zip(&alone) {
                     prop_assert_eq!(knowledge.belief(), alone.belief());
                     prop_assert_eq!(knowledge.reach(), alone.reach());
+                    prop_assert_eq!(knowledge.positions(), alone.positions());
                     prop_assert_eq!((knowledge.digest(), knowledge.versions()), (alone.digest(), alone.versions()));
                 }
             }

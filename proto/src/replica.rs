@@ -286,6 +286,7 @@ mod tests {
             time_ns: sequence.saturating_mul(1_000_000_000),
             from,
             readings: Vec::new(),
+            positions: Box::default(),
         })
     }
 

@@ -12,6 +12,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, RobotId};
 
 use crate::command::Command;
@@ -54,6 +55,11 @@ pub trait StateMachine: Send {
     /// declares objects instead.
     fn is_found(&self, _cell: Cell) -> bool {
         false
+    }
+
+    /// The position of the object that is declared in a cell, if a robot knows it.
+    fn position(&self, _cell: Cell) -> Option<&ObjectPosition> {
+        None
     }
 
     /// Whether the operator's mission is over: the coordinator ends. Robots never do by themselves.
@@ -107,6 +113,9 @@ pub enum Event<M> {
         /// The cells.
         cells: Vec<Cell>,
     },
+    /// A robot's vehicle knows positions of objects that it declares, of each cell at most one; an observation follows, which
+    /// carries them.
+    Located(Vec<ObjectPosition>),
     /// A message arrives.
     Received {
         /// Its publisher.
@@ -149,6 +158,7 @@ impl<M> Event<M> {
             Self::Sensed { cell, readings } => Event::Sensed { cell, readings },
             Self::RouteFailed { blocked } => Event::RouteFailed { blocked },
             Self::Doubted { cells } => Event::Doubted { cells },
+            Self::Located(positions) => Event::Located(positions),
             Self::Woke => Event::Woke,
             Self::Came => Event::Came,
             Self::Lost(robot) => Event::Lost(robot),

@@ -52,6 +52,8 @@ pub enum Rejection {
     OutOfSight,
     /// A cell is read twice in one observation.
     Repeated,
+    /// The position of an object is more than a cell beside the cell in which it is declared.
+    Misplaced,
     /// A reading is more precise than the sensor can be at that distance.
     TooPrecise,
     /// A reading's value is impossible at its variance.
@@ -78,6 +80,7 @@ impl fmt::Display for Rejection {
             Self::Blocked => "the robot's cell is not traversable",
             Self::OutOfSight => "a cell is out of the sensor's view from the robot's cell",
             Self::Repeated => "a cell is read twice in one observation",
+            Self::Misplaced => "the position of an object is more than a cell beside the object's cell",
             Self::TooPrecise => {
                 "a reading is more precise than the scenario's sensor can be at that distance"
             }
@@ -255,6 +258,9 @@ impl Limits {
                 return Err(Rejection::Repeated);
             }
             check_reading(&class.sensor, distance, reading)?;
+        }
+        if !observation.positions.iter().all(|position| position.is_near_its_cell(&self.terrain)) {
+            return Err(Rejection::Misplaced);
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::directive::{Directive, TeamOrder};
-use dragnet_proto::dragnet_msgs::VERSION;
+use dragnet_proto::dragnet_msgs::{OBSERVATION_VERSION, VERSION};
 use dragnet_proto::marks::{Marked, Marks};
 use dragnet_proto::message::{
     Activity, Audience, Detection, Heartbeat, Intent, MarkReport, Message, MessageKind, MissionStatus,
@@ -26,6 +26,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::mark::{Clue, Mark, Searched};
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version, Versions};
 use dragnet_search::sensor::Sensor;
 use proptest::collection::{btree_set, vec};
@@ -84,14 +85,30 @@ fn readings() -> impl Strategy<Value = Vec<Reading>> {
     vec(reading.prop_map(|(cell, value, variance)| Reading { cell, value, variance }), 0..20)
 }
 
+fn positions() -> impl Strategy<Value = Box<[ObjectPosition]>> {
+    let meters = prop::array::uniform2(any::<f64>().prop_filter("finite", |it| it.is_finite()));
+    let covariance = (0_f32..=1e6, 0_f32..=1e6, -1_f32..=1.0)
+        .prop_map(|(east, north, share)| [east, share * (east * north).sqrt(), north]);
+    let position = (cells(), meters, covariance)
+        .prop_filter_map("no covariance", |(cell, meters, covariance)| {
+            ObjectPosition::new(cell, meters, covariance)
+        });
+    vec(position, 0..4).prop_map(|mut positions| {
+        positions.sort_by_key(ObjectPosition::cell);
+        positions.dedup_by_key(|position| position.cell());
+        positions.into()
+    })
+}
+
 fn observations() -> impl Strategy<Value = Observation> {
-    (origins(), any::<u64>(), any::<u64>(), cells(), readings()).prop_map(
-        |(origin, sequence, time_ns, from, readings)| Observation {
+    (origins(), any::<u64>(), any::<u64>(), cells(), readings(), positions()).prop_map(
+        |(origin, sequence, time_ns, from, readings, positions)| Observation {
             origin,
             sequence,
             time_ns,
             from,
             readings,
+            positions,
         },
     )
 }
@@ -309,6 +326,10 @@ fn valid_bytes() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
+fn versions_of_messages() -> impl Strategy<Value = u8> {
+    prop_oneof![Just(VERSION), Just(OBSERVATION_VERSION)]
+}
+
 /// Decodes the bytes as every kind; each decoded message can be encoded.
 fn decode_as_everything(bytes: &[u8]) {
     let codec = Codec::new(grid());
@@ -369,7 +390,7 @@ proptest! {
             .collect();
         let count = readings.len();
         let origin = Origin::first(RobotId::FIRST);
-        let message = Message::Observation(Arc::new(Observation { origin, sequence: 3, time_ns: 1 << 40, from, readings }));
+        let message = Message::Observation(Arc::new(Observation { origin, sequence: 3, time_ns: 1 << 40, from, readings, positions: Box::default() }));
         let bytes = packing().encode(&message);
         // Values near the robot may take two bytes.
         prop_assert!(bytes.len() <= 24 + count + 9, "{} bytes, {count} readings", bytes.len());
@@ -395,16 +416,16 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_are_rejected_or_a_message(body in vec(any::<u8>(), 0..200)) {
+    fn any_bytes_are_rejected_or_a_message(version in versions_of_messages(), body in vec(any::<u8>(), 0..200)) {
         decode_as_everything(&body);
-        let mut bytes = vec![0, 1, 0, 0, VERSION];
+        let mut bytes = vec![0, 1, 0, 0, version];
         bytes.extend(body);
         decode_as_everything(&bytes);
     }
 
     #[test]
-    fn small_numbers_are_rejected_or_a_message(body in vec(0_u8..3, 0..200)) {
-        let mut bytes = vec![0, 1, 0, 0, VERSION];
+    fn small_numbers_are_rejected_or_a_message(version in versions_of_messages(), body in vec(0_u8..3, 0..200)) {
+        let mut bytes = vec![0, 1, 0, 0, version];
         bytes.extend(body);
         decode_as_everything(&bytes);
     }

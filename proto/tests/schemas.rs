@@ -10,6 +10,7 @@ use reader::check;
 #[test]
 fn every_message_of_dragnet_matches_its_schema() {
     check::<ours::Observation>();
+    check::<ours::ObjectPosition>();
     check::<ours::Intent>();
     check::<ours::Heartbeat>();
     check::<ours::SyncRequest>();

@@ -3,7 +3,8 @@
 //! This crate has no clock, socket, file, thread or unseeded randomness: all inputs are arguments. Reading order:
 //!
 //! 1. [`cell`], [`terrain`], [`shape`], [`generated`]: the map;
-//! 2. [`sensor`], [`evidence`], [`belief`], [`one_subject`], [`observation`]: observations and what follows from them;
+//! 2. [`sensor`], [`evidence`], [`belief`], [`one_subject`], [`observation`], [`object_position`]: observations and
+//!    what follows from them;
 //! 3. [`utility`], [`utility_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
 //!    a teammate's plan, and the cells out of reach;
 //! 4. [`situation`], [`policy`]: the decision;
@@ -25,6 +26,7 @@ pub mod generated;
 pub mod intent;
 pub mod mark;
 pub mod measures;
+pub mod object_position;
 pub mod observation;
 pub mod one_subject;
 pub mod policy;

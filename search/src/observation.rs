@@ -10,6 +10,7 @@ use xxhash_rust::xxh3::xxh3_128;
 
 use crate::cell::Cell;
 use crate::evidence::{Digest, Reading};
+use crate::object_position::ObjectPosition;
 
 /// A robot of the team, by its number. Numbers start at 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -133,13 +134,15 @@ pub struct Observation {
     pub from: Cell,
     /// The readings.
     pub readings: Vec<Reading>,
+    /// Positions of objects that the robot has declared, new or better known than before; mostly none.
+    pub positions: Box<[ObjectPosition]>,
 }
 
 impl Observation {
     /// A hash of all of it: equal observations have equal digests on every machine.
     #[must_use]
     pub fn digest(&self) -> Digest {
-        let Self { origin, sequence, time_ns, from, readings } = self;
+        let Self { origin, sequence, time_ns, from, readings, positions } = self;
         let mut bytes = Vec::with_capacity(30 + 12 * readings.len());
         bytes.extend(origin.source.number().to_le_bytes());
         for number in [origin.incarnation, *sequence, *time_ns] {
@@ -150,6 +153,17 @@ impl Observation {
             bytes.extend(cell.number().to_le_bytes());
             bytes.extend(value.to_bits().to_le_bytes());
             bytes.extend(variance.to_bits().to_le_bytes());
+        }
+        // Their number tells them from readings, of 12 bytes each.
+        if !positions.is_empty() {
+            bytes.push(u8::try_from(positions.len()).unwrap_or(u8::MAX));
+        }
+        for position in positions {
+            let (east, north) = position.meters();
+            bytes.extend(position.cell().number().to_le_bytes());
+            bytes.extend([east, north].map(|meters| meters.to_bits().to_le_bytes()).as_flattened());
+            let covariance = position.covariance_square_meters();
+            bytes.extend(covariance.map(|entry| entry.to_bits().to_le_bytes()).as_flattened());
         }
         Digest(xxh3_128(&bytes))
     }
@@ -470,7 +484,14 @@ mod tests {
 
     fn observation(sequence: u64, time_ns: u64) -> Arc<Observation> {
         let from = Grid::new(1, 1).unwrap().cells().next().unwrap();
-        Arc::new(Observation { origin: SEVEN, sequence, time_ns, from, readings: Vec::new() })
+        Arc::new(Observation {
+            origin: SEVEN,
+            sequence,
+            time_ns,
+            from,
+            readings: Vec::new(),
+            positions: Box::default(),
+        })
     }
 
     #[test]

@@ -57,7 +57,14 @@ fn limits() -> Limits {
 fn observation(robot: RobotId, sequence: u64, seen: u32, nats: f32) -> Arc<Observation> {
     let readings = vec![Reading { cell: cell(seen), value: 0.5 + nats, variance: 1.0 }];
     let time_ns = at(sequence).0;
-    Arc::new(Observation { origin: Origin::first(robot), sequence, time_ns, from: cell(0), readings })
+    Arc::new(Observation {
+        origin: Origin::first(robot),
+        sequence,
+        time_ns,
+        from: cell(0),
+        readings,
+        positions: Box::default(),
+    })
 }
 
 fn intent(robot: RobotId, decision: u64, path: std::ops::Range<u32>) -> Intent {

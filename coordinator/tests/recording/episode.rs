@@ -161,7 +161,14 @@ fn observation(now: MissionTime, robot: RobotId, half: u64) -> Observation {
     let readings = [(u64::from(seen), value), (0, 0.125), (23, -0.0625)];
     let readings = readings.map(|(number, value)| Reading { cell: cell(number), value, variance: 0.5 });
     let (sequence, from) = (half - if robot == ROBOTS[1] && half >= 24 { 14 } else { 0 }, cell(half / 2 % 6));
-    Observation { origin: Origin::first(robot), sequence, time_ns: now.0, from, readings: readings.to_vec() }
+    Observation {
+        origin: Origin::first(robot),
+        sequence,
+        time_ns: now.0,
+        from,
+        readings: readings.to_vec(),
+        positions: Box::default(),
+    }
 }
 
 fn intent(now: MissionTime, robot: RobotId, half: u64) -> Intent {

@@ -101,6 +101,7 @@ fn observe(scenario: &Scenario, step: u32, robot: u16, row: u32) -> (MissionTime
         time_ns,
         from,
         readings: readings.collect(),
+        positions: Box::default(),
     };
     (MissionTime(time_ns), Record::Observation(Arc::new(observation)))
 }

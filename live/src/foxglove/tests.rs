@@ -65,7 +65,8 @@ impl Told {
     fn observation(&mut self, sequence: u64) {
         let from = self.header.terrain.grid().cell_numbered(0).unwrap();
         let (origin, time_ns) = (Origin::first(RobotId::FIRST), self.now.0);
-        let observation = Observation { origin, sequence, time_ns, from, readings: Vec::new() };
+        let observation =
+            Observation { origin, sequence, time_ns, from, readings: Vec::new(), positions: Box::default() };
         self.tell(&Record::Observation(Arc::new(observation)));
     }
 

@@ -3,6 +3,7 @@
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Origin, RobotId, Source, Version, Versions};
 use dragnet_search::sensor::Sensor;
 
@@ -86,6 +87,27 @@ impl Check {
                 }
             })
             .collect()
+    }
+
+    /// Positions of objects, of each cell at most one.
+    pub(super) fn positions(
+        self,
+        positions: &[wire::ObjectPosition],
+    ) -> Result<Box<[ObjectPosition]>, ConvertError> {
+        self.at_most(ObjectPosition::MAX_IN_OBSERVATION, "positions", positions.len())?;
+        let cells: Vec<u32> = positions.iter().map(|position| position.cell).collect();
+        self.ascending("positions", &cells)?;
+        positions.iter().enumerate().map(|(index, position)| self.position(index, position)).collect()
+    }
+
+    fn position(self, index: usize, wire: &wire::ObjectPosition) -> Result<ObjectPosition, ConvertError> {
+        let (at, expected) = (self.at_entry("positions", index), self.version);
+        if wire.version != expected {
+            return Err(ConvertError::Version { at, found: wire.version, expected });
+        }
+        let (meters, covariance) = ([wire.east_meters, wire.north_meters], wire.covariance_square_meters);
+        let position = ObjectPosition::new(self.cell(at, wire.cell)?, meters, covariance);
+        position.ok_or(ConvertError::Position { at, meters, covariance })
     }
 
     /// A version vector: no more origins than a team can have, each once and in order.

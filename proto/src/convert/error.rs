@@ -3,6 +3,7 @@
 use dragnet_ros2::cdr::DecodeError;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::evidence::{MAX_VALUE, MAX_VARIANCE, MIN_VARIANCE};
+use dragnet_search::object_position::ObjectPosition;
 
 use super::field::Field;
 use super::packed::PackedError;
@@ -100,6 +101,20 @@ pub enum ConvertError {
         found: f64,
         /// Its range.
         allowed: &'static str,
+    },
+    /// The position of an object that cannot be one.
+    #[error(
+        "{at}: {meters:?} m with covariance {covariance:?} m2; allowed are finite meters, and positive semi-definite \
+         covariances with variances of at most {most} m2",
+        most = ObjectPosition::MAX_VARIANCE_SQUARE_METERS
+    )]
+    Position {
+        /// The field.
+        at: Field,
+        /// Meters east and north.
+        meters: [f64; 2],
+        /// East with east, east with north, north with north, square meters.
+        covariance: [f32; 3],
     },
     /// A part of a message that names another robot than the whole.
     #[error("{at}: of robot {found}; allowed is robot {expected} only")]

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, Origin, Source, Version};
 
 use super::check::{
@@ -16,7 +17,7 @@ impl From<&Observation> for wire::Observation {
     fn from(observation: &Observation) -> Self {
         let Columns { cells, values, variances } = observation.readings.as_slice().into();
         Self {
-            version: wire::VERSION,
+            version: wire::OBSERVATION_VERSION,
             robot: observation.origin.source.number(),
             incarnation: observation.origin.incarnation,
             sequence: observation.sequence,
@@ -25,6 +26,20 @@ impl From<&Observation> for wire::Observation {
             cells,
             values,
             variances,
+            positions: observation.positions.iter().map(Into::into).collect(),
+        }
+    }
+}
+
+impl From<&ObjectPosition> for wire::ObjectPosition {
+    fn from(position: &ObjectPosition) -> Self {
+        let (east_meters, north_meters) = position.meters();
+        Self {
+            version: wire::OBSERVATION_VERSION,
+            cell: position.cell().number(),
+            east_meters,
+            north_meters,
+            covariance_square_meters: position.covariance_square_meters(),
         }
     }
 }
@@ -83,7 +98,7 @@ impl From<&SyncRequest> for wire::SyncRequest {
 impl From<&SyncReply> for wire::SyncReply {
     fn from(reply: &SyncReply) -> Self {
         let observations = reply.observations.iter().map(|observation| (&**observation).into());
-        Self { version: wire::VERSION, observations: observations.collect() }
+        Self { version: wire::OBSERVATION_VERSION, observations: observations.collect() }
     }
 }
 
@@ -124,6 +139,7 @@ impl Check {
             time_ns: wire.time_ns,
             from: self.cell(self.at("cell"), wire.cell)?,
             readings: self.readings(&wire.cells, &wire.values, &wire.variances)?,
+            positions: self.positions(&wire.positions)?,
         })
     }
 

@@ -52,7 +52,7 @@ pub enum PackedError {
     #[error("a packed text is not UTF-8")]
     Text,
     /// Unknown flags of readings.
-    #[error("flags of packed readings: {0}; allowed are 0 to 7")]
+    #[error("flags of packed readings: {0}; allowed are 0 to 15")]
     Flags(u8),
     /// The robot's cell is not on the map.
     #[error("packed readings around cell {0}, which is not on the map")]
@@ -115,16 +115,16 @@ impl Packed for wire::Observation {
             usize::from(self.robot).checked_sub(1).and_then(|index| noise_variances.get(index));
         // The cell of an observation is on the map: it comes from a domain type.
         if let Some(from) = grid.cell_numbered(self.cell) {
-            readings::write(to, grid, noise_variance.copied(), from, &columns);
+            readings::write(to, grid, noise_variance.copied(), from, &columns, &self.positions);
         }
     }
 
     fn read(from: &mut Reader<'_>, grid: Grid) -> Result<Self, PackedError> {
         let (robot, incarnation, sequence) = (from.number()?, from.number()?, from.number()?);
         let (time_ns, cell) = (from.number()?, from.number()?);
-        let Columns { cells, values, variances } = readings::read(from, grid, cell)?;
+        let (Columns { cells, values, variances }, positions) = readings::read(from, grid, cell)?;
         Ok(Self {
-            version: wire::VERSION,
+            version: wire::OBSERVATION_VERSION,
             robot,
             incarnation,
             sequence,
@@ -133,6 +133,7 @@ impl Packed for wire::Observation {
             cells,
             values,
             variances,
+            positions,
         })
     }
 }
@@ -232,7 +233,7 @@ impl Packed for wire::SyncReply {
     fn read(from: &mut Reader<'_>, grid: Grid) -> Result<Self, PackedError> {
         let observations =
             from.list(SyncReply::MAX_OBSERVATIONS, |from| wire::Observation::read(from, grid))?;
-        Ok(Self { version: wire::VERSION, observations })
+        Ok(Self { version: wire::OBSERVATION_VERSION, observations })
     }
 }
 

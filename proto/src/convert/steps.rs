@@ -30,7 +30,9 @@ const NEVER: MissionTime = MissionTime(u64::MAX);
 
 /// An event that does not happen in simulated time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("arrivals, failed routes, halts and commands do not exist in simulated time: run by the wall clock")]
+#[error(
+    "arrivals, failed routes, positions, halts and commands do not exist in simulated time: run by the wall clock"
+)]
 pub struct NotSimulated;
 
 impl TryFrom<&Step> for wire::Step {
@@ -55,6 +57,7 @@ impl TryFrom<&Step> for wire::Step {
             StepEvent::Event(
                 Event::RouteFailed { .. }
                 | Event::Doubted { .. }
+                | Event::Located(_)
                 | Event::Came
                 | Event::Commanded(_)
                 | Event::Halted

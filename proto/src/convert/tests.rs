@@ -1,5 +1,6 @@
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, Origin, RobotId, Source, Version};
 
 use super::*;
@@ -23,6 +24,7 @@ fn observation(robot: u16, sequence: u64) -> Observation {
         time_ns: 9,
         from: cell(5),
         readings,
+        positions: Box::default(),
     }
 }
 
@@ -61,7 +63,7 @@ fn refusal<T: RosMessage>(kind: MessageKind, message: &T) -> String {
 
 #[test]
 fn an_observation_has_the_bytes_that_its_definition_gives_it() {
-    let mut expected = vec![0, 1, 0, 0, 4, 0]; // header; version and its padding
+    let mut expected = vec![0, 1, 0, 0, 5, 0]; // header; version and its padding
     expected.extend([2, 1, 0, 0, 0, 0]); // robot 258 and padding to 8
     expected.extend([0, 0, 0, 0, 0, 0, 0, 0]); // incarnation
     expected.extend([3, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]); // sequence, time
@@ -69,9 +71,76 @@ fn an_observation_has_the_bytes_that_its_definition_gives_it() {
     expected.extend([1, 0, 0, 0, 4, 0, 0, 0]); // cells
     expected.extend([1, 0, 0, 0, 0, 0, 0, 0x3f]); // values
     expected.extend([1, 0, 0, 0, 0, 0, 0x80, 0x3e]); // variances
+    let mut earlier = expected.clone();
+    expected.extend([0, 0, 0, 0]); // positions
+    let read = |bytes: &[u8]| Codec::new(grid()).decode(MessageKind::Observation, bytes).unwrap();
     let message = Message::Observation(Arc::new(observation(258, 3)));
     assert_eq!(encode(&message), expected);
-    assert_eq!(Codec::new(grid()).decode(MessageKind::Observation, &expected).unwrap(), message);
+    assert_eq!(read(&expected), message);
+    // As recordings and journals of version 4 have it.
+    earlier[4] = 4;
+    assert_eq!(read(&earlier), message);
+    let located =
+        Message::Observation(Arc::new(Observation { positions: [position()].into(), ..observation(258, 3) }));
+    let end = expected.len() - 4;
+    expected[end] = 1;
+    expected.extend([5, 0, 0, 0, 4, 0, 0, 0]); // version and its padding, cell
+    expected.extend([0, 0, 0, 0, 0, 0, 0xf8, 0x3f, 0, 0, 0, 0, 0, 0, 0x04, 0x40]); // 1.5 and 2.5 m
+    expected.extend([0, 0, 0x80, 0x3f, 0, 0, 0, 0x3f, 0, 0, 0, 0x40]); // 1, 0.5 and 2 m2
+    assert_eq!(encode(&located), expected);
+    assert_eq!(read(&expected), located);
+}
+
+fn position() -> ObjectPosition {
+    ObjectPosition::new(cell(4), [1.5, 2.5], [1.0, 0.5, 2.0]).unwrap()
+}
+
+#[test]
+fn impossible_positions_of_objects_are_rejected_by_field() {
+    let check = |change: fn(&mut wire::ObjectPosition), expected: &str| {
+        let mut wire = wire::Observation::from(&Observation {
+            positions: [ObjectPosition::new(cell(2), [0.0; 2], [1.0; 3]).unwrap(), position()].into(),
+            ..observation(7, 0)
+        });
+        change(&mut wire.positions[1]);
+        let refused = refusal(MessageKind::Observation, &wire);
+        assert_mentions(&refused, &format!("dragnet_msgs/msg/Observation: positions[1] .. {expected}"));
+    };
+    check(|wire| wire.version = 4, "4 .. 5");
+    check(|wire| wire.cell = 6, "6 .. 0 to 5");
+    check(|wire| wire.cell = 2, "2 after 2 .. ascending");
+    check(|wire| wire.east_meters = f64::NAN, "NaN .. finite");
+    check(|wire| wire.north_meters = f64::INFINITY, "inf .. finite");
+    check(|wire| wire.covariance_square_meters[0] = -1.0, "-1.0 .. semi-definite");
+    check(|wire| wire.covariance_square_meters[1] = 1.5, "1.5 .. semi-definite");
+    check(|wire| wire.covariance_square_meters[2] = 2e6, "2000000 .. 1000000");
+    let mut many = wire::Observation::from(&observation(7, 0));
+    many.positions = vec![wire::ObjectPosition::from(&position()); 17];
+    assert_mentions(&refusal(MessageKind::Observation, &many), "positions .. 17 .. 16");
+}
+
+#[test]
+fn a_position_takes_few_bytes_of_a_packed_message_and_none_takes_none() {
+    let scenario = Scenario::from_text(
+        std::path::Path::new("a.toml"),
+        "name = 'a'\nmap = { shape = 'all_traversable', rows = 2, columns = 3 }\nobjects.count = 1\n\
+         network.bytes_per_second = 1000.0\nrobots.count = 1\n\
+         sensor.radius = 1\nmission.budget_seconds = 60.0\n"
+            .to_owned(),
+    );
+    let codec = Codec::of(&scenario.unwrap());
+    let bytes = |positions: &[ObjectPosition]| {
+        let observation = Observation { positions: positions.into(), ..observation(1, 0) };
+        let message = Message::Observation(Arc::new(observation));
+        let bytes = codec.encode(&message);
+        assert_eq!(codec.decode(MessageKind::Observation, &bytes).unwrap(), message);
+        bytes
+    };
+    let (without, with) = (bytes(&[]), bytes(&[position()]));
+    assert_eq!(with.len() - without.len(), 30, "number, cell, two numbers of 8 bytes and three of 4");
+    // Those of earlier programs.
+    assert_eq!(without[..2], [0xD7, 1]);
+    assert_eq!(without.len(), 15);
 }
 
 #[test]
@@ -104,7 +173,7 @@ fn an_observation_out_of_range_is_rejected_by_field() {
             &format!("dragnet_msgs/msg/Observation .. {expected}"),
         );
     };
-    check(|wire| wire.version = 1, "version .. 1 .. 4");
+    check(|wire| wire.version = 1, "version .. 1 .. 5");
     check(|wire| wire.cell = 6, "cell .. 6 .. 0 to 5");
     check(|wire| wire.cells[0] = 99, "cells[0] .. 99 .. 0 to 5");
     check(|wire| wire.values[0] = f32::NAN, "values[0] .. NaN .. 0.25 .. -1000 to 1000 .. 0.000001 to 10000");
@@ -423,8 +492,13 @@ fn a_log_reply_is_of_one_robot_in_order_and_short() {
 #[test]
 fn a_full_sync_reply_of_the_widest_sensor_is_decoded() {
     let reading = Reading { cell: cell(0), value: 0.5, variance: 1.0 };
-    let full =
-        |sequence| Observation { readings: vec![reading; check::MAX_READINGS], ..observation(1, sequence) };
+    let full = |sequence| Observation {
+        readings: vec![reading; check::MAX_READINGS],
+        positions: (0..6)
+            .map(|number| ObjectPosition::new(cell(number), [1.5, 2.5], [1.0, 0.5, 2.0]).unwrap())
+            .collect(),
+        ..observation(1, sequence)
+    };
     let observations = (0..64).map(|sequence| Arc::new(full(sequence))).collect();
     let bytes = encode(&Message::SyncReply(SyncReply { observations }));
     assert!(Codec::new(grid()).decode(MessageKind::SyncReply, &bytes).is_ok(), "{}", bytes.len());

@@ -25,6 +25,7 @@ macro_rules! ros_messages {
 
 ros_messages! {
     Observation,
+    ObjectPosition,
     Intent,
     Heartbeat,
     SyncRequest,

@@ -1,4 +1,5 @@
 use dragnet_search::cell::{Cell, Position};
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Ends, Origin};
 
 use super::*;
@@ -22,7 +23,14 @@ fn cell(row: u32, column: u32) -> Cell {
 }
 
 fn observed(sequence: u64, seconds: u64, from: Cell, readings: Vec<Reading>) -> Observation {
-    Observation { origin: Origin::first(RobotId::FIRST), sequence, time_ns: seconds * SECOND, from, readings }
+    Observation {
+        origin: Origin::first(RobotId::FIRST),
+        sequence,
+        time_ns: seconds * SECOND,
+        from,
+        readings,
+        positions: Box::default(),
+    }
 }
 
 fn reading(row: u32, column: u32, value: f32, variance: f32) -> Reading {
@@ -51,6 +59,15 @@ fn an_observation_is_validated_by_map_team_and_sensor() {
     check(&sees(vec![reading(1, 1, -1.2, 0.02)]), Err(Rejection::TooFarOff));
     check(&sees(vec![reading(0, 0, 0.1, 0.001), reading(0, 0, 0.1, 0.001)]), Err(Rejection::Repeated));
     check(&observed(0, 0, cell(1, 3), Vec::new()), Err(Rejection::Blocked));
+    let located = |row, column, meters| {
+        let position = ObjectPosition::new(cell(row, column), meters, [1.0, 0.0, 1.0]).unwrap();
+        Observation { positions: [position].into(), ..sees(Vec::new()) }
+    };
+    // Far from the robot, in its cell and beside it.
+    check(&located(2, 5, [55.0, 25.0]), Ok(()));
+    check(&located(2, 5, [41.0, 34.0]), Ok(()));
+    check(&located(2, 5, [39.0, 25.0]), Err(Rejection::Misplaced));
+    check(&located(2, 5, [25.0, 55.0]), Err(Rejection::Misplaced));
     let mut stranger = sees(Vec::new());
     stranger.origin.source = RobotId::new(2).unwrap().into();
     check(&stranger, Err(Rejection::Stranger));

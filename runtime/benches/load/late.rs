@@ -47,7 +47,14 @@ async fn round() {
         for robot in [1, 3] {
             let (origin, time_ns) = (Origin::first(RobotId::new(robot).unwrap()), STEP_NS * sequence);
             let readings = observe(&scenario, from);
-            let observation = Arc::new(Observation { origin, sequence, time_ns, from, readings });
+            let observation = Arc::new(Observation {
+                origin,
+                sequence,
+                time_ns,
+                from,
+                readings,
+                positions: Box::default(),
+            });
             veteran.recall(&observation);
             kept.note(vec![observation]);
         }

@@ -59,7 +59,14 @@ pub(crate) async fn run() {
     let answer = move |ping: Sample| bare(&echo, PONG, ping.payload().clone()).wait().unwrap();
     sessions[1].declare_subscriber(PING).callback(answer).background().await.unwrap();
     let origin = Origin::first(RobotId::FIRST);
-    let size = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings: readings.clone() };
+    let size = Observation {
+        origin,
+        sequence: 0,
+        time_ns: 0,
+        from: cell,
+        readings: readings.clone(),
+        positions: Box::default(),
+    };
     let bytes = convert::encode(&Message::Observation(size.into()));
     tokio::time::sleep(Duration::from_secs(1)).await;
     let mut pings = Vec::new();

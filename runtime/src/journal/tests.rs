@@ -42,7 +42,7 @@ impl Shelf {
         let from = self.terrain.grid().cells().next().unwrap();
         let origin = Origin { source: RobotId::new(robot).unwrap().into(), incarnation };
         let readings = vec![Reading { cell: from, value: 0.5, variance: 0.25 }];
-        Arc::new(Observation { origin, sequence, time_ns: 7, from, readings })
+        Arc::new(Observation { origin, sequence, time_ns: 7, from, readings, positions: Box::default() })
     }
 }
 

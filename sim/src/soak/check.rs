@@ -413,6 +413,7 @@ mod tests {
             time_ns: 0,
             from: cell,
             readings,
+            positions: Box::default(),
         })
     }
 

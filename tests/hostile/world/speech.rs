@@ -15,6 +15,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, MAX_VALUE, Reading};
 use dragnet_search::mark::{Clue, Mark};
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, Origin, RobotId, Version, Versions};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -79,7 +80,16 @@ impl World {
             // However vague the sensor is. Damaged bytes seldom make such a value.
             readings[0].value = MAX_VALUE;
         }
-        Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings })
+        let positions = self.positions(from);
+        Arc::new(Observation { origin, sequence, time_ns: self.now.0, from, readings, positions })
+    }
+
+    /// Sometimes that of an object, and seldom one that is nowhere near its cell.
+    fn positions(&mut self, cell: Cell) -> Box<[ObjectPosition]> {
+        let (east, north) = self.scenario.terrain().center_meters(cell);
+        let off = if self.random.random_ratio(1, 50) { 1e5 } else { 0.1 };
+        let position = ObjectPosition::new(cell, [east + off, north], [0.5, 0.1, 0.2]);
+        position.filter(|_| self.random.random_ratio(1, 20)).into_iter().collect()
     }
 
     /// Of all cells in the footprint: empty with noise.

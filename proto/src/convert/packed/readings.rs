@@ -1,13 +1,15 @@
 //! Readings, exactly: cells of a whole footprint as its radius, variances of the sensor model as its noise variance, rounded
-//! values as numbers of steps. What is not so is written in full.
+//! values as numbers of steps. What is not so is written in full. Positions of objects follow, if there are any.
 
 use dragnet_search::cell::{Cell, Grid, Offset};
 use dragnet_search::evidence::value_step;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::sensor::{self, Sensor};
 
 use super::PackedError;
 use super::bytes::{Reader, Writer};
 use crate::convert::check::{Columns, MAX_READINGS};
+use crate::dragnet_msgs::{self as wire, OBSERVATION_VERSION};
 
 /// All cells of the map within a Manhattan radius.
 const FOOTPRINT: u8 = 1;
@@ -15,6 +17,8 @@ const FOOTPRINT: u8 = 1;
 const MODEL: u8 = 2;
 /// Values that are whole numbers of steps.
 const STEPS: u8 = 4;
+/// Positions of objects after the readings.
+const POSITIONS: u8 = 8;
 
 /// Writes the readings of an observation from a cell, by a sensor of this noise variance if one is known.
 pub(super) fn write(
@@ -23,6 +27,7 @@ pub(super) fn write(
     noise_variance: Option<f64>,
     from: Cell,
     readings: &Columns,
+    positions: &[wire::ObjectPosition],
 ) {
     let Columns { cells, values, variances } = readings;
     let radius = radius(grid, from, cells);
@@ -33,7 +38,12 @@ pub(super) fn write(
     let model = noise_variance.filter(is_model);
     let steps: Option<Vec<i64>> =
         values.iter().zip(variances).map(|(&value, &it)| steps(value, it)).collect();
-    let flags = [(radius.is_some(), FOOTPRINT), (model.is_some(), MODEL), (steps.is_some(), STEPS)];
+    let flags = [
+        (radius.is_some(), FOOTPRINT),
+        (model.is_some(), MODEL),
+        (steps.is_some(), STEPS),
+        (!positions.is_empty(), POSITIONS),
+    ];
     to.byte(flags.into_iter().filter_map(|(is_set, flag)| is_set.then_some(flag)).sum());
     match radius {
         Some(radius) => to.number(radius),
@@ -47,12 +57,19 @@ pub(super) fn write(
         Some(steps) => steps.into_iter().for_each(|step| to.signed(step)),
         None => values.iter().for_each(|value| to.raw(value.to_le_bytes())),
     }
+    if !positions.is_empty() {
+        write_positions(to, positions);
+    }
 }
 
 /// Reads them. Their ranges are checked by the caller, as those of any message.
-pub(super) fn read(from_bytes: &mut Reader<'_>, grid: Grid, from: u32) -> Result<Columns, PackedError> {
+pub(super) fn read(
+    from_bytes: &mut Reader<'_>,
+    grid: Grid,
+    from: u32,
+) -> Result<(Columns, Vec<wire::ObjectPosition>), PackedError> {
     let flags = from_bytes.byte()?;
-    if flags > FOOTPRINT | MODEL | STEPS {
+    if flags > FOOTPRINT | MODEL | STEPS | POSITIONS {
         return Err(PackedError::Flags(flags));
     }
     let center = grid.cell_numbered(from).ok_or(PackedError::Cell(from))?;
@@ -77,7 +94,32 @@ pub(super) fn read(from_bytes: &mut Reader<'_>, grid: Grid, from: u32) -> Result
         let value = |&variance: &f32| Ok(value(from_bytes.signed()?, variance));
         variances.iter().map(value).collect::<Result<_, _>>()?
     };
-    Ok(Columns { cells, values, variances })
+    let positions = if flags & POSITIONS == 0 {
+        Vec::new()
+    } else {
+        from_bytes.list(ObjectPosition::MAX_IN_OBSERVATION, read_position)?
+    };
+    Ok((Columns { cells, values, variances }, positions))
+}
+
+fn write_positions(to: &mut Writer, positions: &[wire::ObjectPosition]) {
+    to.length(positions.len());
+    for position in positions {
+        to.number(position.cell);
+        to.raw(position.east_meters.to_le_bytes());
+        to.raw(position.north_meters.to_le_bytes());
+        for entry in position.covariance_square_meters {
+            to.raw(entry.to_le_bytes());
+        }
+    }
+}
+
+fn read_position(from: &mut Reader<'_>) -> Result<wire::ObjectPosition, PackedError> {
+    let cell = from.number()?;
+    let [east_meters, north_meters] = [from.raw()?, from.raw()?].map(f64::from_le_bytes);
+    let covariance_square_meters = [from.raw()?, from.raw()?, from.raw()?].map(f32::from_le_bytes);
+    let version = OBSERVATION_VERSION;
+    Ok(wire::ObjectPosition { version, cell, east_meters, north_meters, covariance_square_meters })
 }
 
 /// Cells as differences: neighbors take a byte or two.
