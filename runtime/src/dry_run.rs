@@ -233,7 +233,8 @@ impl Rehearsal<'_> {
             if next >= self.show_at {
                 self.show_at = next + SHOW;
                 let has_changed = std::mem::take(&mut self.has_news);
-                effects.extend(self.vehicle.show(self.clock(), self.agent.belief(), has_changed));
+                let (belief, positions) = (self.agent.belief(), self.agent.replica().knowledge().positions());
+                effects.extend(self.vehicle.show(self.clock(), belief, positions, has_changed));
             }
             self.act(effects)?;
         }
@@ -306,7 +307,8 @@ impl Rehearsal<'_> {
     }
 
     fn found(&self, cell: Cell) -> FoundObject {
-        FoundObject { cell: self.position(cell), place: self.vehicle.place_of(cell) }
+        let positions = self.agent.replica().knowledge().positions();
+        FoundObject { cell: self.position(cell), place: self.vehicle.place_of(cell, positions) }
     }
 
     fn position(&self, cell: Cell) -> Position {

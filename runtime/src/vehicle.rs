@@ -36,6 +36,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
+use dragnet_search::object_position::ObjectPositions;
 use dragnet_search::terrain::Terrain;
 use dragnet_vehicle::camera::{Camera, DetectionBox};
 use dragnet_vehicle::pilot::diagnostic::{Diagnostic as PilotDiagnostic, NO_POSE};
@@ -243,7 +244,13 @@ impl Vehicle {
 
     /// The tracks, and the belief if it has changed or was not published for a while: to be called every [`SHOW`].
     /// The pilot gets the declared cells of a changed belief.
-    pub(crate) fn show(&mut self, now: Now, belief: &Belief, has_changed: bool) -> Vec<Effect> {
+    pub(crate) fn show(
+        &mut self,
+        now: Now,
+        belief: &Belief,
+        positions: &ObjectPositions,
+        has_changed: bool,
+    ) -> Vec<Effect> {
         self.tell_images(now);
         let mut shown = vec![Output::Diagnostics(self.aggregator.all()), Output::Tracks(self.tracks())];
         let mut news = None;
@@ -256,7 +263,7 @@ impl Vehicle {
             let drawn = viewer.belief(&belief.probabilities(), now.mission);
             shown.push(Output::Belief(drawn, planar(&self.places.in_frame(&Pose::default()))));
             let declared: BTreeSet<Cell> = self.found(belief).collect();
-            shown.push(Output::Objects(self.objects(belief, &declared)));
+            shown.push(Output::Objects(self.objects(belief, positions, &declared)));
             news = has_changed.then_some(Event::Declared(declared));
         }
         let mut effects: Vec<Effect> = shown.into_iter().map(Effect::Publish).collect();
@@ -406,6 +413,7 @@ impl Vehicle {
             Action::Sensed { cell, readings } => vec![Effect::Sensed { cell, readings }],
             Action::RouteFailed { blocked } => vec![Effect::Report(AgentEvent::RouteFailed { blocked })],
             Action::Doubted { cells } => vec![Effect::Report(AgentEvent::Doubted { cells })],
+            Action::Located(positions) => vec![Effect::Report(AgentEvent::Located(positions))],
             Action::Drive(plan) => {
                 let path = self.path(&plan.poses);
                 self.drive = self.located.map(|here| Drive { poses: plan.poses, stood: (here, now.mission) });

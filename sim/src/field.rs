@@ -29,6 +29,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::measures::Score;
+use dragnet_search::object_position::ObjectPositions;
 use dragnet_search::observation::RobotId;
 use dragnet_vehicle::pilot::diagnostic::{Diagnostic, Level};
 use dragnet_vehicle::pilot::{self, Action, Pilot, PilotError};
@@ -80,6 +81,8 @@ pub struct Trial {
     pub diagnostics: Vec<(RobotId, Diagnostic)>,
     /// Digest of the evidence of all readings.
     pub digest: Digest,
+    /// Positions of declared objects, by all observations.
+    pub positions: ObjectPositions,
     /// The first robot's position at each tick, meters east and north.
     pub trace: Vec<(f64, f64)>,
 }
@@ -180,6 +183,7 @@ impl<'a> Mission<'a> {
             rejected: 0,
             diagnostics: Vec::new(),
             digest: merged.digest(),
+            positions: ObjectPositions::default(),
             trace: Vec::new(),
         };
         let now = MissionTime::START;
@@ -255,6 +259,7 @@ impl<'a> Mission<'a> {
                 Action::Sensed { cell, readings } => self.sense(index, cell, readings)?,
                 Action::RouteFailed { blocked } => self.tell(index, Event::RouteFailed { blocked })?,
                 Action::Doubted { cells } => self.tell(index, Event::Doubted { cells })?,
+                Action::Located(positions) => self.tell(index, Event::Located(positions))?,
                 Action::Drive(plan) => vehicle.body.follow(&plan.poses),
                 Action::Go(pose) => {
                     let here = vehicle.body.pose();
@@ -312,6 +317,9 @@ impl<'a> Mission<'a> {
 
     fn post(&mut self, from: usize, audience: Audience, message: &Message) {
         let sender = Participant::Robot(self.vehicles[from].id);
+        if let (Audience::All, Message::Observation(observation)) = (audience, message) {
+            self.trial.positions.add(observation);
+        }
         for (to, vehicle) in self.vehicles.iter().enumerate() {
             let is_meant = match audience {
                 Audience::All => to != from,

@@ -148,6 +148,11 @@ pub fn unpublished<'a>(finds: &'a Finds, accounts: &'a Accounts) -> impl Iterato
     found.chain(finds.open.iter().filter(|&(_, &probability)| probability >= LIKELY).map(|(&cell, _)| cell))
 }
 
+/// Whether this robot has published that an object is in a cell.
+pub(crate) fn is_published(cell: Cell, accounts: &Accounts) -> bool {
+    accounts.object_nats(cell) >= LEAST_NATS
+}
+
 /// Cells that this robot has published to be empty, that it does not read from a cell, and in which an object is or may be after
 /// all: the robot has to come back to them.
 pub(crate) fn doubted(

@@ -371,11 +371,13 @@ impl Pilot {
             if let Ok((last, seen)) = self.observation(cell, &pose) {
                 self.reported = Some((cell, now_ns));
                 self.doubt(cell, actions);
+                self.tell_positions(actions);
                 let seen = last.into_iter().chain([seen]);
                 actions.extend(seen.map(|seen| Action::Sensed { cell: seen.from, readings: seen.readings }));
             }
         } else if let Some(seen) = self.news(now_ns) {
             self.doubt(cell, actions);
+            self.tell_positions(actions);
             actions.push(Action::Sensed { cell: seen.from, readings: seen.readings });
         }
         let outside = self.perception.take_outside();
@@ -387,6 +389,14 @@ impl Pilot {
         let cells = self.perception.take_doubted(&self.terrain, &self.sensor, from);
         if !cells.is_empty() {
             actions.push(Action::Doubted { cells });
+        }
+    }
+
+    /// Tells the agent where objects are that it declares.
+    fn tell_positions(&mut self, actions: &mut Vec<Action>) {
+        let positions = self.perception.take_positions(&self.terrain);
+        if !positions.is_empty() {
+            actions.push(Action::Located(positions));
         }
     }
 

@@ -1,5 +1,6 @@
 //! A vehicle behind its autopilot, driven by the wall clock.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use dragnet_mavlink::autopilot::{Level, Notice};
@@ -78,9 +79,9 @@ pub(crate) async fn serve(
             }
             _ = tick.tick() => service.vehicle.tick(now(clock)),
             // An agent that is gone ends by its events.
-            Ok(()) = outputs.beliefs.changed() => {
-                let belief = outputs.beliefs.borrow_and_update().clone();
-                service.vehicle.believe(now(clock), &belief)
+            Ok(()) = outputs.known.changed() => {
+                let known = Arc::clone(&outputs.known.borrow_and_update());
+                service.vehicle.believe(now(clock), &known.belief)
             }
         };
         service.act(effects).await;

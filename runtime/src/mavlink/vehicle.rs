@@ -194,6 +194,10 @@ impl Vehicle {
                 effects.push(Effect::Report(AgentEvent::Doubted { cells }));
                 return None;
             }
+            PilotAction::Located(positions) => {
+                effects.push(Effect::Report(AgentEvent::Located(positions)));
+                return None;
+            }
             PilotAction::Go(pose) => AutopilotEvent::Go(self.frame.target(&pose)),
             // Settings of the lattice are refused beside an autopilot; the end of its path is what remains of it.
             PilotAction::Drive(plan) => AutopilotEvent::Go(self.frame.target(plan.poses.last()?)),

@@ -11,6 +11,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Digest;
+use dragnet_search::object_position::{ObjectPosition, ObjectPositions};
 use dragnet_vehicle::pilot::Event as PilotEvent;
 use tokio::sync::{mpsc, watch};
 
@@ -22,9 +23,16 @@ use crate::pictures::Shelf;
 pub struct AgentOutputs {
     /// Routes and closed cells.
     pub(crate) events: mpsc::UnboundedReceiver<PilotEvent>,
-    pub(crate) beliefs: watch::Receiver<Arc<Belief>>,
+    pub(crate) known: watch::Receiver<Arc<Known>>,
     /// For pictures of the vehicle's finds.
     pub(crate) shelf: Arc<Shelf>,
+}
+
+/// What an agent knows of the objects.
+#[derive(Debug)]
+pub(crate) struct Known {
+    pub(crate) belief: Belief,
+    pub(crate) positions: Arc<ObjectPositions>,
 }
 
 /// An agent with the channels to its vehicle.
@@ -32,7 +40,7 @@ pub struct Embodied {
     agent: Agent,
     events: mpsc::UnboundedSender<PilotEvent>,
     closed: BTreeSet<Cell>,
-    beliefs: watch::Sender<Arc<Belief>>,
+    known: watch::Sender<Arc<Known>>,
     shelf: Arc<Shelf>,
     shown: MissionTime,
 }
@@ -42,11 +50,22 @@ impl Embodied {
     #[must_use]
     pub fn new(agent: Agent) -> (Self, AgentOutputs) {
         let (events, received) = mpsc::unbounded_channel();
-        let (beliefs, watched) = watch::channel(Arc::new(agent.belief().clone()));
+        let (known, watched) = watch::channel(Arc::new(Known::of(&agent)));
         let shelf = Arc::new(Shelf::new(agent.id()));
-        let outputs = AgentOutputs { events: received, beliefs: watched, shelf: Arc::clone(&shelf) };
+        let outputs = AgentOutputs { events: received, known: watched, shelf: Arc::clone(&shelf) };
         let (closed, shown) = (BTreeSet::new(), MissionTime::START);
-        (Self { agent, events, closed, beliefs, shelf, shown }, outputs)
+        (Self { agent, events, closed, known, shelf, shown }, outputs)
+    }
+}
+
+impl Known {
+    fn of(agent: &Agent) -> Self {
+        let positions = Arc::clone(agent.replica().knowledge().positions());
+        Self { belief: agent.belief().clone(), positions }
+    }
+
+    fn is_of(&self, agent: &Agent) -> bool {
+        self.belief.digest() == agent.digest() && self.positions == *agent.replica().knowledge().positions()
     }
 }
 
@@ -73,8 +92,8 @@ impl StateMachine for Embodied {
         // Copying a belief costs time proportional to the map, and messages are many.
         if now >= self.shown + SHOW {
             self.shown = now;
-            if self.beliefs.borrow().digest() != self.agent.digest() {
-                self.beliefs.send_replace(Arc::new(self.agent.belief().clone()));
+            if !self.known.borrow().is_of(&self.agent) {
+                self.known.send_replace(Arc::new(Known::of(&self.agent)));
             }
         }
         Ok(effects)
@@ -86,6 +105,10 @@ impl StateMachine for Embodied {
 
     fn is_found(&self, cell: Cell) -> bool {
         self.agent.is_found(cell)
+    }
+
+    fn position(&self, cell: Cell) -> Option<&ObjectPosition> {
+        self.agent.position(cell)
     }
 
     fn digest(&self) -> Digest {

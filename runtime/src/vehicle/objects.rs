@@ -7,6 +7,7 @@ use dragnet_ros2::input::PlanarPose;
 use dragnet_ros2::output::{ObjectEstimate, PlanarEstimate};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
+use dragnet_search::object_position::ObjectPositions;
 use dragnet_vehicle::tracker::track::{Standing, Track};
 use nalgebra::{Matrix2, Vector2};
 
@@ -24,21 +25,31 @@ impl Vehicle {
     }
 
     /// The position of the object that is declared in a cell, in the frame of the vehicle's network: by this robot's
-    /// cameras, or uniform in the cell if others found it.
-    pub(crate) fn place_of(&self, cell: Cell) -> PlanarEstimate {
+    /// cameras, by those of teammates, or uniform in the cell if nobody knows it better.
+    pub(crate) fn place_of(&self, cell: Cell, positions: &ObjectPositions) -> PlanarEstimate {
         if let Some(find) = self.pilot.find(cell) {
             return self.estimate(find.position_meters, &find.position_covariance);
+        }
+        if let Some(position) = positions.of(cell) {
+            let (east, north) = position.meters();
+            let [xx, xy, yy] = position.covariance_square_meters().map(f64::from);
+            return self.estimate(Vector2::new(east, north), &Matrix2::new(xx, xy, xy, yy));
         }
         let middle = self.cell_box(cell);
         PlanarEstimate::in_square(middle.x_meters, middle.y_meters, self.terrain.cell_meters())
     }
 
     /// The declared objects, each in the box of its cell.
-    pub(super) fn objects(&self, belief: &Belief, declared: &BTreeSet<Cell>) -> Vec<ObjectEstimate> {
+    pub(super) fn objects(
+        &self,
+        belief: &Belief,
+        positions: &ObjectPositions,
+        declared: &BTreeSet<Cell>,
+    ) -> Vec<ObjectEstimate> {
         let object = |&cell: &Cell| ObjectEstimate {
             id: cell.number().to_string(),
             class: CLASS.to_owned(),
-            place: self.place_of(cell),
+            place: self.place_of(cell, positions),
             box_center: self.cell_box(cell),
             box_edges_meters: [self.terrain.cell_meters(); 2],
             probability: belief.probability(cell),

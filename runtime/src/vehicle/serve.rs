@@ -59,9 +59,9 @@ pub(crate) async fn serve(
             _ = tick.tick() => vehicle.tick(now(clock)),
             _ = show.tick() => {
                 // An agent that is gone has published its last belief.
-                let has_changed = outputs.beliefs.has_changed().unwrap_or(false);
-                let belief = Arc::clone(&outputs.beliefs.borrow_and_update());
-                vehicle.show(now(clock), &belief, has_changed)
+                let has_changed = outputs.known.has_changed().unwrap_or(false);
+                let known = Arc::clone(&outputs.known.borrow_and_update());
+                vehicle.show(now(clock), &known.belief, &known.positions, has_changed)
             }
         };
         service.act(effects).await?;

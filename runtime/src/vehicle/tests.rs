@@ -8,6 +8,8 @@ use dragnet_lattice::plane::bearing_radians;
 use dragnet_ros2::input::{Detections, Odometry, PlanarPose, PoseEstimate, Velocity};
 use dragnet_ros2::output::{Level, ObjectEstimate, PlanarEstimate};
 use dragnet_search::cell::Position;
+use dragnet_search::object_position::{ObjectPosition, ObjectPositions};
+use dragnet_search::observation::{Observation, Origin, RobotId};
 
 use super::*;
 use crate::config::{AgentSettings, OwnVehicle};
@@ -139,8 +141,9 @@ fn a_belief_that_stands_is_shown_again() {
     let now = Now { mission: MissionTime::START, unix_ns: 0 };
     let changes = [true, false, false, false, false, false, true, true, false];
     let is_shown = |effect: &Effect| matches!(effect, Effect::Publish(Output::Belief(..)));
-    let shown =
-        changes.map(|has_changed| vehicle.show(now, scenario.prior(), has_changed).iter().any(is_shown));
+    let shown = changes.map(|has_changed| {
+        vehicle.show(now, scenario.prior(), &ObjectPositions::default(), has_changed).iter().any(is_shown)
+    });
     assert_eq!(shown, [true, false, false, false, false, true, true, true, false]);
 }
 
@@ -191,8 +194,8 @@ fn where_no_pose_comes_the_topic_is_named() {
     );
 }
 
-/// The robot drives past an object at (45, 25) and publishes it in meters, with the covariance; of a teammate's find it
-/// knows the cell only.
+/// The robot drives past an object at (45, 25) and publishes it in meters, with the covariance; of teammates' finds it knows
+/// the position or the cell only.
 #[test]
 fn finds_are_published_with_position_and_covariance() {
     let (mut vehicle, scenario) = vehicle("lattice");
@@ -230,16 +233,28 @@ fn finds_are_published_with_position_and_covariance() {
     }
     let far = terrain.grid().cell(Position { row: 3, column: 0 }).unwrap();
     belief.add(&Reading { cell: far, value: 1.0, variance: 0.02 });
+    let located = terrain.grid().cell(Position { row: 3, column: 1 }).unwrap();
+    belief.add(&Reading { cell: located, value: 1.0, variance: 0.02 });
+    let position = ObjectPosition::new(located, [32.5, 68.0], [0.25, 0.1, 0.5]).unwrap();
+    let mut positions = ObjectPositions::default();
+    positions.add(&Observation {
+        origin: Origin::first(RobotId::new(2).unwrap()),
+        sequence: 0,
+        time_ns: 0,
+        from: located,
+        readings: Vec::new(),
+        positions: [position].into(),
+    });
     let now = Now { mission: MissionTime(9_000_000_000), unix_ns: 0 };
     let (mut objects, mut tracks) = (Vec::new(), Vec::new());
-    for effect in vehicle.show(now, &belief, true) {
+    for effect in vehicle.show(now, &belief, &positions, true) {
         match effect {
             Effect::Publish(Output::Objects(estimates)) => objects = estimates,
             Effect::Publish(Output::Tracks(estimates)) => tracks = estimates,
             _ => {}
         }
     }
-    let [own, other] = &objects[..] else { panic!("{objects:?}") };
+    let [own, other, known] = &objects[..] else { panic!("{objects:?}") };
     let [track] = &tracks[..] else { panic!("{tracks:?}") };
     for estimate in [own, track] {
         let place = estimate.place;
@@ -250,4 +265,7 @@ fn finds_are_published_with_position_and_covariance() {
     let middle = |object: &ObjectEstimate| (object.box_center.x_meters, object.box_center.y_meters);
     assert_eq!((middle(own).1, own.box_edges_meters), (30.0, [20.0; 2]));
     assert_eq!((other.place, middle(other)), (PlanarEstimate::in_square(10.0, 70.0, 20.0), (10.0, 70.0)));
+    let PlanarEstimate { x_meters, y_meters, covariance_square_meters: [[xx, xy], [_, yy]] } = known.place;
+    assert_eq!((x_meters, y_meters, middle(known)), (32.5, 68.0, (30.0, 70.0)));
+    assert!((xx - 0.25).abs() + (xy - 0.1).abs() + (yy - 0.5).abs() < 1e-6, "{known:?}");
 }

@@ -54,6 +54,29 @@ fn a_vehicle_finds_the_objects_and_its_observations_are_accepted() {
     assert!(found >= 3, "{found} of 4");
 }
 
+/// Cells have 15.2 m: their centers are 5.8 m from the objects in them on average.
+#[test]
+fn declared_objects_are_where_their_positions_say() {
+    let scenario = field(Exact::Path);
+    let (mut within, mut offs, mut total) = (0, 0.0, 0);
+    for seed in [1, 2, 7, 10] {
+        let site = Site::new(&scenario, seed).unwrap();
+        let (trial, _) = trial(&scenario, seed, DecisionTime::NONE);
+        for (&cell, object) in site.truth().objects().iter().zip(site.objects_meters()) {
+            let Some(position) = trial.positions.of(cell) else { continue };
+            let (east, north) = position.meters();
+            let off = (east - object.x).hypot(north - object.y);
+            assert!(off < 3.0, "seed {seed}: {position:?} is {off} m off");
+            total += 1;
+            offs += off;
+            within += u32::from(off <= position.accuracy_meters());
+        }
+    }
+    let mean = offs / f64::from(total);
+    assert!(total >= 12 && mean < 1.0, "{total} objects, {mean} m off on average");
+    assert!(within * 10 >= total * 8, "{within} of {total} are within their accuracy");
+}
+
 #[test]
 fn the_same_seed_gives_the_same_trial_to_the_byte() {
     for scenario in [

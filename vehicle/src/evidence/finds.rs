@@ -8,6 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dragnet_search::cell::Cell;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 use nalgebra::{Matrix2, Vector2};
@@ -60,6 +61,15 @@ impl Find {
     #[must_use]
     pub fn std_meters(&self) -> f64 {
         largest_std_meters(&self.position_covariance)
+    }
+
+    /// Its position as the team learns it, unless that is not finite or too uncertain to be told.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "a covariance needs no more digits")]
+    pub fn position(&self) -> Option<ObjectPosition> {
+        let covariance = &self.position_covariance;
+        let covariance = [covariance.m11, covariance.m12, covariance.m22].map(|it| it as f32);
+        ObjectPosition::new(self.cell, self.position_meters.into(), covariance)
     }
 }
 

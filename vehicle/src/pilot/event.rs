@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
+use dragnet_search::object_position::ObjectPosition;
 
 use super::diagnostic::Diagnostic;
 use crate::camera::{DetectionBox, MountedCamera};
@@ -139,6 +140,9 @@ pub enum Action {
         /// The cells.
         cells: Vec<Cell>,
     },
+    /// Report to the agent positions of objects that this vehicle declares, new or better known than before, by cell. An
+    /// observation follows.
+    Located(Vec<ObjectPosition>),
     /// Drive along this path, replacing any earlier one.
     Drive(Plan),
     /// Send this goal to the navigation stack.

@@ -12,6 +12,7 @@ mod window;
 use std::collections::{BTreeMap, BTreeSet};
 
 use dragnet_search::cell::Cell;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 use nalgebra::Vector2;
@@ -53,6 +54,8 @@ pub(super) struct Perception {
     has_undecided: bool,
     /// Cells that were last told to be doubted.
     doubted: BTreeSet<Cell>,
+    /// Standard deviation of the last published position of the object in each cell, meters.
+    published_std_meters: BTreeMap<Cell, f64>,
     /// The assigned detections of the frames that the last event has processed.
     assigned: Vec<Assigned>,
 }
@@ -108,6 +111,7 @@ impl Perception {
             walls: None,
             has_undecided: false,
             doubted: BTreeSet::new(),
+            published_std_meters: BTreeMap::new(),
             assigned: Vec::new(),
         })
     }
@@ -161,6 +165,7 @@ impl Perception {
         self.accounts = Accounts::default();
         self.has_undecided = false;
         self.doubted.clear();
+        self.published_std_meters.clear();
         self.eyes.iter_mut().for_each(|eye| eye.received_ns = Some(now_ns));
     }
 
@@ -343,6 +348,23 @@ impl Perception {
         news
     }
 
+    /// Positions of objects that were published in a cell, new or notably better known than when they were last returned, by
+    /// cell.
+    pub(super) fn take_positions(&mut self, terrain: &Terrain) -> Vec<ObjectPosition> {
+        let Self { finds, accounts, published_std_meters: published, .. } = self;
+        published.retain(|&cell, _| finds.in_cell(cell).is_some());
+        let cells: BTreeSet<Cell> = finds.iter().map(|find| find.cell).collect();
+        let news = |cell: Cell| {
+            let find = finds.in_cell(cell).filter(|_| evidence::is_published(cell, accounts))?;
+            let std_meters = find.std_meters();
+            let is_news = published.get(&cell).is_none_or(|&before| std_meters < IMPROVED_SHARE * before);
+            let position = find.position().filter(|it| is_news && it.is_near_its_cell(terrain))?;
+            published.insert(cell, std_meters);
+            Some(position)
+        };
+        cells.into_iter().filter_map(news).take(ObjectPosition::MAX_IN_OBSERVATION).collect()
+    }
+
     /// The last readings from a cell that the vehicle has left, if an object that it does not see from the next one is
     /// not published yet.
     fn farewell(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell, to: Cell) -> Option<Seen> {
@@ -368,6 +390,8 @@ impl Perception {
 
 /// Most cells between the one that a vehicle has left and its own for which it has just left it: a step across a corner.
 const MOST_LEFT_BEHIND: u32 = 2;
+/// Share of the published standard deviation of an object's position below which it is published again.
+const IMPROVED_SHARE: f64 = 2.0 / 3.0;
 /// The message when a frame's camera is described nowhere.
 const UNMEASURED: &str = "a frame without its camera, whose lens or mounting is not in the settings";
 

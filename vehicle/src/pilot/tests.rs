@@ -233,12 +233,24 @@ fn every_cell_of_a_route_is_reported_with_valid_readings() {
 
     let limits = Limits::of(&scenario);
     let mut log = ObservationLog::default();
+    let (mut positions, mut told) = (Vec::new(), Vec::new());
     for action in &drive.actions {
+        if let Action::Located(located) = action {
+            assert!(positions.is_empty(), "an observation follows");
+            positions.clone_from(located);
+            told.extend(located.iter().copied());
+        }
         let Action::Sensed { cell, readings } = action else { continue };
         let origin = Origin::first(RobotId::FIRST);
         let (sequence, time_ns) = (log.len(), log.len() * 5 * SECOND);
-        let observation =
-            Arc::new(Observation { origin, sequence, time_ns, from: *cell, readings: readings.clone() });
+        let observation = Arc::new(Observation {
+            origin,
+            sequence,
+            time_ns,
+            from: *cell,
+            readings: readings.clone(),
+            positions: std::mem::take(&mut positions).into(),
+        });
         assert_eq!(limits.check(&observation, log.ends(origin)), Ok(()));
         log.insert(observation);
     }
@@ -254,6 +266,16 @@ fn every_cell_of_a_route_is_reported_with_valid_readings() {
     let off = find.position_meters - Vector2::new(66.0, 47.0);
     let std_meters = find.position_covariance.symmetric_eigenvalues().max().sqrt();
     assert!(off.norm() < 1.0 && std_meters < 1.0 && off.norm() < 4.0 * std_meters, "{off} {std_meters}");
+    // Its position is told with observations that are made anyway, and again when it is better known.
+    assert!(positions.is_empty() && !told.is_empty(), "{told:?}");
+    assert!(told.iter().all(|position| position.cell() == cells(&[(4, 6)])[0]));
+    for pair in told.windows(2) {
+        assert!(pair[1].accuracy_meters() < 0.67 * pair[0].accuracy_meters(), "{told:?}");
+    }
+    let last = told.last().unwrap();
+    assert!(last.accuracy_meters() < 1.5 * 2.45 * std_meters, "{last:?} {std_meters}");
+    let (east, north) = last.meters();
+    assert!((east - 66.0).hypot(north - 47.0) < last.accuracy_meters(), "{last:?}");
 }
 
 #[test]
@@ -413,10 +435,14 @@ proptest! {
         let mut drive = Drive::new(&settings());
         for (event, elapsed) in events {
             drive.now_ns = if elapsed > SECOND { elapsed } else { drive.now_ns.saturating_add(elapsed) };
+            let mut positions = Vec::new();
             for action in drive.tell(event) {
+                if let Action::Located(located) = &action {
+                    positions.clone_from(located);
+                }
                 if let Action::Sensed { cell, readings } = action {
                     let origin = Origin::first(RobotId::FIRST);
-                    let observation = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings };
+                    let observation = Observation { origin, sequence: 0, time_ns: 0, from: cell, readings, positions: std::mem::take(&mut positions).into() };
                     prop_assert_eq!(limits.check(&Arc::new(observation), None), Ok(()));
                 }
             }
