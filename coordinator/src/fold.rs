@@ -17,6 +17,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::detection::probability_of_detection;
+use dragnet_search::object_position::{ObjectPosition, ObjectPositions};
 use dragnet_search::observation::{Observation, RobotId, Source};
 use dragnet_search::terrain::Terrain;
 
@@ -42,6 +43,7 @@ pub struct MissionFold {
     /// The best picture of each find.
     pictures: BTreeMap<Cell, Arc<Picture>>,
     visits: Visits,
+    positions: ObjectPositions,
     /// Of the cells that marks concern: probability that the searches of others would have detected an object.
     pod_of_others: BTreeMap<Cell, f64>,
 }
@@ -77,6 +79,7 @@ impl MissionFold {
             marks: Marks::default(),
             pictures: BTreeMap::new(),
             visits: Visits::default(),
+            positions: ObjectPositions::default(),
             pod_of_others: BTreeMap::new(),
         }
     }
@@ -140,6 +143,7 @@ impl MissionFold {
         for reading in &observation.readings {
             self.belief.add(reading);
         }
+        self.positions.add(observation);
         let Source::Robot(robot) = observation.origin.source else { return Change::default() };
         let time = MissionTime(observation.time_ns);
         self.visits.add(self.terrain.grid(), robot, Visit { time, cell: observation.from });
@@ -174,6 +178,12 @@ impl MissionFold {
     #[must_use]
     pub const fn pictures(&self) -> &BTreeMap<Cell, Arc<Picture>> {
         &self.pictures
+    }
+
+    /// The position of the object that is declared in a cell, if a robot knows it.
+    #[must_use]
+    pub fn position(&self, cell: Cell) -> Option<&ObjectPosition> {
+        self.positions.of(cell)
     }
 
     /// Positions and plans of robots.

@@ -4,11 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use dragnet_proto::convert::Codec;
 use dragnet_proto::dragnet_msgs::{MissionStatus, Verdicts};
+use dragnet_proto::message::{Message, MessageKind};
 use dragnet_proto::verdict::Decision;
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::standard::OccupancyGrid;
+use dragnet_scenario::accuracy;
 use dragnet_scenario::map_file::{Earth, Georeference, MapOrigin};
+use dragnet_search::cell::Grid;
+use dragnet_search::object_position::ObjectPositions;
 use dragnet_search::observation::Source;
 use mcap::records::{MessageHeader, Record};
 use serde::Serialize;
@@ -106,6 +111,20 @@ pub struct DeclaredObject {
     pub declared_seconds: f64,
     /// What the operator has decided about it: `confirmed`, or `dismissed` if it was declared again after that.
     pub operator: Option<&'static str>,
+    /// Where it is, if a robot knows it better than by its cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<DeclaredPosition>,
+}
+
+/// The position of a declared object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DeclaredPosition {
+    /// Meters east of the map's south-western corner.
+    pub east_meters: f64,
+    /// Meters north of it.
+    pub north_meters: f64,
+    /// The largest distance of the object from there with a probability of 95 %, meters.
+    pub accuracy_meters: f64,
 }
 
 /// An object that the operator has dismissed.
@@ -161,6 +180,9 @@ struct Inspector {
     origin: Option<MapOrigin>,
     columns: Option<u32>,
     cell_meters: Option<f64>,
+    /// Of messages about the map; `None` before it.
+    codec: Option<Codec>,
+    positions: ObjectPositions,
     /// Names of messages, by schema.
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, ChannelContent>,
@@ -214,12 +236,19 @@ impl Inspector {
         {
             self.verdicts = verdicts;
         }
+        if let (Some((_, RobotTopic::Observation)), Some(codec)) =
+            (RobotTopic::parse(&channel.topic), &self.codec)
+            && let Ok(Message::Observation(observation)) = codec.decode(MessageKind::Observation, data)
+        {
+            self.positions.add(&observation);
+        }
         if channel.topic == Topic::Map.to_string()
             && let Ok(map) = cdr::decode::<OccupancyGrid>(data)
         {
             self.origin = Some(map.info.origin.into());
             self.columns = Some(map.info.width).filter(|&columns| columns > 0);
             self.cell_meters = Some(f64::from(map.info.resolution));
+            self.codec = Grid::new(map.info.height, map.info.width).ok().map(Codec::new);
         }
     }
 
@@ -256,8 +285,15 @@ impl Inspector {
                 probability: object.probability,
                 declared_seconds: object.time_ns as f64 / NANOSECONDS,
                 operator: self.decided().find(|it| it.0 == object.cell).and_then(|it| it.2.word()),
+                position: self.position(object.cell),
             })
             .collect()
+    }
+
+    fn position(&self, cell: u32) -> Option<DeclaredPosition> {
+        let position = self.positions.of(self.codec.as_ref()?.grid().cell_numbered(cell)?)?;
+        let ((east_meters, north_meters), accuracy_meters) = (position.meters(), position.accuracy_meters());
+        Some(DeclaredPosition { east_meters, north_meters, accuracy_meters })
     }
 
     /// The cell, number and decision of each verdict.
@@ -303,7 +339,7 @@ impl fmt::Display for Inspection {
         writeln!(formatter, "observations  {}", self.observations)?;
         writeln!(formatter, "declared      {}", self.declared.len())?;
         for object in &self.declared {
-            let DeclaredObject { cell, probability, declared_seconds, operator } = object;
+            let DeclaredObject { cell, probability, declared_seconds, operator, position } = object;
             let operator = match *operator {
                 Some("dismissed") => ", dismissed by hand before it was found again".to_owned(),
                 Some(word) => format!(", {word} by hand"),
@@ -312,7 +348,7 @@ impl fmt::Display for Inspection {
             writeln!(
                 formatter,
                 "  cell {}, probability {probability:.4}, since {declared_seconds:.1} s{operator}",
-                self.place(*cell)
+                self.object(*cell, position.as_ref())
             )?;
         }
         if !self.dismissed.is_empty() {
@@ -344,6 +380,16 @@ impl Inspection {
         let center = self.frame.map(|frame| frame.point((meters(column), meters(row))));
         let center = center.map_or_else(String::new, |center| format!(" at {center}"));
         format!("[{row}, {column}]{center}")
+    }
+
+    /// The same at the position of an object, if that is known.
+    fn object(&self, cell: u32, position: Option<&DeclaredPosition>) -> String {
+        let (Some(position), Some(columns)) = (position, self.columns) else { return self.place(cell) };
+        let &DeclaredPosition { east_meters: east, north_meters: north, accuracy_meters } = position;
+        let point = self.frame.map(|frame| frame.point((east, north)).to_string());
+        let point = point.unwrap_or_else(|| format!("{east:.1} m east, {north:.1} m north"));
+        let known = accuracy(accuracy_meters);
+        format!("[{}, {}] at {point} ({known})", cell / columns, cell % columns)
     }
 
     fn state(&self) -> String {

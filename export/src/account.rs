@@ -17,6 +17,7 @@ use dragnet_scenario::map_file::{Area, Earth, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::mark::{Clue, Searched};
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::RobotId;
 use dragnet_search::one_subject::Standing;
 use dragnet_search::reach::{Reach, Sight};
@@ -55,6 +56,8 @@ pub struct Account {
     pub marks: Marks,
     /// The best picture of each find, as far as robots have sent any.
     pub pictures: BTreeMap<Cell, Arc<Picture>>,
+    /// The positions of finds, as far as robots know them.
+    pub positions: BTreeMap<Cell, ObjectPosition>,
     /// The folder of their files, as the exported file names it: beside it.
     pub pictures_folder: String,
     /// The cells of each robot, in the order of its own clock; repeated where it waited.
@@ -129,6 +132,7 @@ impl Account {
             verdicts: fold.verdicts().clone(),
             marks: fold.marks().clone(),
             pictures: fold.pictures().clone(),
+            positions: positions(&fold),
             pictures_folder: "pictures".to_owned(),
             plans: plans(&fold),
             total: table.total,
@@ -186,6 +190,13 @@ impl Account {
         clue.radius_cells() * self.terrain.cell_meters()
     }
 
+    /// Where a find is: its position if that is known, otherwise the center of its cell.
+    #[must_use]
+    pub fn place(&self, cell: Cell) -> GeoPoint {
+        let position = self.positions.get(&cell);
+        position.map_or_else(|| self.point(cell), |position| self.frame.point(position.meters()))
+    }
+
     /// The center of a cell.
     #[must_use]
     pub fn point(&self, cell: Cell) -> GeoPoint {
@@ -229,6 +240,11 @@ fn found(fold: &MissionFold) -> Vec<Detection> {
     let mut found = fold.declared().to_vec();
     found.sort_by_key(|object| (object.time_ns, object.cell));
     found
+}
+
+fn positions(fold: &MissionFold) -> BTreeMap<Cell, ObjectPosition> {
+    let finds = fold.finds().into_iter();
+    finds.filter_map(|find| Some((find.cell, *fold.position(find.cell)?))).collect()
 }
 
 fn plans(fold: &MissionFold) -> BTreeMap<RobotId, Plan> {

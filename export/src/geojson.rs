@@ -2,14 +2,15 @@
 //!
 //! | `kind` | geometry | further properties |
 //! |---|---|---|
-//! | `found` | Point | `probability`, `operator`, `declared_at`, `declared_seconds`, `row`, `column`, `picture` |
-//! | `dismissed` | Point | `operator`, `dismissed_at`, `dismissed_seconds`, `row`, `column`, `picture` |
+//! | `found` | Point | `probability`, `operator`, `declared_at`, `declared_seconds`, `row`, `column`, `picture`, `accuracy_meters` |
+//! | `dismissed` | Point | `operator`, `dismissed_at`, `dismissed_seconds`, `row`, `column`, `picture`, `accuracy_meters` |
 //! | `clue` | Point | `note`, `ratio`, `radius_meters`, `marked_at`, `marked_seconds`, `row`, `column` |
 //! | `searched` | `MultiPolygon` | `note`, `pod`, `cells`, `marked_at`, `marked_seconds` |
 //! | `track` | `LineString` | `robot`, `coordTimes` |
 //! | `cleared` | `MultiPolygon` | `pod_from`, `pod_to`, `cells` |
 //!
-//! `picture` is the path of a robot's picture of a find, or null. `operator` is what the operator has decided about a find: `confirmed`, `dismissed` or null. A dismissed find that was found
+//! The point of a find is its position, which is known within `accuracy_meters` with a probability of 95 %; without that property it is the
+//! center of its cell. `picture` is the path of a robot's picture of a find, or null. `operator` is what the operator has decided about a find: `confirmed`, `dismissed` or null. A dismissed find that was found
 //! again is `found`. `clue` and `searched` are what the operator has marked, as far as it was not withdrawn. An area that was searched has `poa`, `pod`, `pos` and `cells`. In a search for one subject it has
 //! `probability_now` too, and the collection `subject`: the probabilities that the subject is in a declared cell (`pos`), in
 //! another searched cell (`remaining`), and outside (`rest_of_world`). When the file is read as a map, these features are
@@ -19,6 +20,7 @@ use dragnet_coordinator::finds::Find;
 use dragnet_proto::message::Detection;
 use dragnet_scenario::map_file::{Area, GeoPoint};
 use dragnet_scenario::time::MissionTime;
+use dragnet_search::cell::Cell;
 use dragnet_search::mark::{Clue, Searched};
 use dragnet_search::observation::RobotId;
 use dragnet_search::one_subject::Standing;
@@ -122,7 +124,7 @@ fn found(account: &Account, number: usize, object: &Detection) -> Feature {
         "row": cell.row,
         "column": cell.column,
     });
-    feature(properties, GeometryValue::Point { coordinates: position(account.point(object.cell)) })
+    find(account, object.cell, properties)
 }
 
 fn dismissed(account: &Account, number: usize, find: &Find) -> Feature {
@@ -137,7 +139,17 @@ fn dismissed(account: &Account, number: usize, find: &Find) -> Feature {
         "row": cell.row,
         "column": cell.column,
     });
-    feature(properties, GeometryValue::Point { coordinates: position(account.point(find.cell)) })
+    self::find(account, find.cell, properties)
+}
+
+/// A find where it is known to be.
+fn find(account: &Account, cell: Cell, properties: JsonValue) -> Feature {
+    let mut feature =
+        feature(properties, GeometryValue::Point { coordinates: position(account.place(cell)) });
+    if let Some(position) = account.positions.get(&cell) {
+        feature.set_property("accuracy_meters", position.accuracy_meters());
+    }
+    feature
 }
 
 fn clue(account: &Account, (number, time, clue, note): (usize, MissionTime, Clue, String)) -> Feature {

@@ -4,9 +4,9 @@
 use std::io;
 
 use dragnet_proto::message::Detection;
+use dragnet_scenario::accuracy;
 use dragnet_scenario::map_file::GeoPoint;
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
 use crate::account::{Account, Visit};
@@ -32,7 +32,7 @@ pub fn text(account: &Account) -> String {
             }
             for (number, time, clue, note) in account.clues() {
                 let texts = [format!("Clue {number}"), note];
-                waypoint(writer, account, (clue.cell, time), [&texts[0], &texts[1]], None)?;
+                waypoint(writer, account, (account.point(clue.cell), time), [&texts[0], &texts[1]], None)?;
             }
             account.tracks.iter().try_for_each(|(robot, visits)| track(writer, account, *robot, visits))
         })?;
@@ -42,8 +42,10 @@ pub fn text(account: &Account) -> String {
 
 fn found(writer: &mut Document, account: &Account, number: usize, object: &Detection) -> io::Result<()> {
     let operator = account.operator(object.cell).map_or_else(String::new, |word| format!(", {word} by hand"));
-    let description = format!("probability {:.4}{operator}", object.probability);
-    let at = (object.cell, MissionTime(object.time_ns));
+    let known = account.positions.get(&object.cell).map(|it| accuracy(it.accuracy_meters()));
+    let known = known.map_or_else(String::new, |known| format!(", {known}"));
+    let description = format!("probability {:.4}{operator}{known}", object.probability);
+    let at = (account.place(object.cell), MissionTime(object.time_ns));
     let picture = account.picture_file(object.cell);
     waypoint(writer, account, at, [&format!("Object {number}"), &description], picture.as_deref())
 }
@@ -51,11 +53,11 @@ fn found(writer: &mut Document, account: &Account, number: usize, object: &Detec
 fn waypoint(
     writer: &mut Document,
     account: &Account,
-    (cell, time): (Cell, MissionTime),
+    (point, time): (GeoPoint, MissionTime),
     [name, description]: [&str; 2],
     picture: Option<&str>,
 ) -> io::Result<()> {
-    let (latitude, longitude) = degrees(account.point(cell));
+    let (latitude, longitude) = degrees(point);
     let point = writer
         .create_element("wpt")
         .with_attributes([("lat", latitude.as_str()), ("lon", longitude.as_str())]);

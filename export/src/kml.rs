@@ -111,8 +111,9 @@ fn found(writer: &mut Document, account: &Account, number: usize, object: &Detec
             .write_inner_content(|writer| xml::element(writer, "when", &when))?;
         let operator = account.operator(object.cell).map(|word| ("operator", word.to_owned()));
         let facts = [("kind", "found".into()), ("probability", object.probability.to_string())];
-        data(writer, &facts.into_iter().chain(operator).collect::<Vec<_>>())?;
-        point(writer, account.point(object.cell))
+        let facts = facts.into_iter().chain(operator).chain(accuracy(account, object.cell));
+        data(writer, &facts.collect::<Vec<_>>())?;
+        point(writer, account.place(object.cell))
     })
 }
 
@@ -123,9 +124,16 @@ fn dismissed(writer: &mut Document, account: &Account, number: usize, find: &Fin
         writer
             .create_element("TimeStamp")
             .write_inner_content(|writer| xml::element(writer, "when", &when))?;
-        data(writer, &[("kind", "dismissed".into()), ("operator", "dismissed".into())])?;
-        point(writer, account.point(find.cell))
+        let facts = [("kind", "dismissed".into()), ("operator", "dismissed".into())];
+        data(writer, &facts.into_iter().chain(accuracy(account, find.cell)).collect::<Vec<_>>())?;
+        point(writer, account.place(find.cell))
     })
+}
+
+/// Distance within which a find is of its point with a probability of 95 %, if its position is known.
+fn accuracy(account: &Account, cell: Cell) -> Option<(&'static str, String)> {
+    let position = account.positions.get(&cell)?;
+    Some(("accuracy_meters", position.accuracy_meters().to_string()))
 }
 
 fn clue(

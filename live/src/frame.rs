@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 
 use crate::orders::{Acknowledged, Order};
 use crate::picture::PictureFrame;
-use crate::place::{AreaFrame, EarthFrame};
+use crate::place::{AreaFrame, EarthFrame, MapPoint};
 use crate::view::{State, View};
 
 /// Log-odds are clamped to these for display, nats: probabilities of 0.000 000 8 and 0.9975. One object somewhere in a
@@ -201,9 +201,32 @@ pub struct DeclaredFrame {
     pub robot: Option<u16>,
     /// What the operator has decided: `confirmed`, or `dismissed` if it was declared again after that.
     pub operator: Option<&'static str>,
+    /// Where it is, if a robot knows it better than by its cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<PositionFrame>,
     /// A robot's picture of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub picture: Option<PictureFrame>,
+}
+
+/// The position of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PositionFrame {
+    /// Meters east and north of the map's south-western corner, to the decimeter.
+    pub meters: MapPoint,
+    /// The largest distance of the object from there with a probability of 95 %, meters, rounded up.
+    pub accuracy_meters: f64,
+}
+
+impl PositionFrame {
+    fn of(view: &View, cell: Cell) -> Option<Self> {
+        let position = view.fold().position(cell)?;
+        let (east, north) = position.meters();
+        Some(Self {
+            meters: [east, north].map(|meters| (10.0 * meters).round() / 10.0),
+            accuracy_meters: (10.0 * position.accuracy_meters()).ceil() / 10.0,
+        })
+    }
 }
 
 /// A find that the operator has dismissed.
@@ -215,6 +238,9 @@ pub struct DismissedFrame {
     pub since: f64,
     /// The robot whose observation had made it reach the detection threshold.
     pub robot: Option<u16>,
+    /// Where it is, if a robot knows it better than by its cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<PositionFrame>,
     /// A robot's picture of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub picture: Option<PictureFrame>,
@@ -465,6 +491,7 @@ fn declared(view: &View, subject: Option<&SubjectPosterior>) -> Vec<DeclaredFram
         since: object.time_ns as f64 / 1e9,
         robot: finder(view, object.cell),
         operator: view.fold().verdicts().decision(object.cell).and_then(Decision::word),
+        position: PositionFrame::of(view, object.cell),
         picture: PictureFrame::of(view, object.cell),
     });
     declared.collect()
@@ -476,6 +503,7 @@ fn dismissed(view: &View) -> Vec<DismissedFrame> {
         cell: find.cell.number(),
         since: find.since.as_seconds(),
         robot: finder(view, find.cell),
+        position: PositionFrame::of(view, find.cell),
         picture: PictureFrame::of(view, find.cell),
     };
     dismissed.map(frame).collect()

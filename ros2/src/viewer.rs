@@ -6,6 +6,7 @@
 use dragnet_scenario::map_file::{GeoPoint, MapOrigin};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
@@ -157,12 +158,18 @@ impl<'a> Viewer<'a> {
         }
     }
 
-    /// A ball in each of these cells, in place of those of the marker before.
+    /// A ball of a cell's size for the object of each of these cells, at its position if that is known, in place of those of the
+    /// marker before.
     #[must_use]
-    pub fn marker(&self, objects: impl IntoIterator<Item = Cell>, time: MissionTime) -> Marker {
+    pub fn marker<'o>(
+        &self,
+        objects: impl IntoIterator<Item = (Cell, Option<&'o ObjectPosition>)>,
+        time: MissionTime,
+    ) -> Marker {
         let edge = self.terrain.cell_meters();
-        let point = |cell| {
-            let (x, y) = self.origin.center(self.terrain, cell);
+        let point = |(cell, position): (Cell, Option<&ObjectPosition>)| {
+            let meters = position.map_or_else(|| self.terrain.center_meters(cell), ObjectPosition::meters);
+            let (x, y) = self.origin.point(meters);
             Point { x, y, z: edge / 2.0 }
         };
         let points: Vec<Point> = objects.into_iter().map(point).collect();
@@ -231,9 +238,14 @@ mod tests {
         let terrain = terrain();
         let origin = MapOrigin { x_meters: 100.0, y_meters: -50.0, yaw_radians: 0.0 };
         let viewer = Viewer::new(&terrain, origin, 0);
-        let marker = viewer.marker(terrain.grid().cell_numbered(1), MissionTime(5));
+        let [cell, other] = [1, 2].map(|number| terrain.grid().cell_numbered(number).unwrap());
+        let position = ObjectPosition::new(other, [7.0, 41.0], [1.0, 0.0, 1.0]).unwrap();
+        let marker = viewer.marker([(cell, None), (other, Some(&position))], MissionTime(5));
         assert_eq!((marker.r#type, marker.action), (Marker::SPHERE_LIST, Marker::ADD));
-        assert_eq!(marker.points, [Point { x: 145.0, y: -35.0, z: 15.0 }]);
+        assert_eq!(
+            marker.points,
+            [Point { x: 145.0, y: -35.0, z: 15.0 }, Point { x: 107.0, y: -9.0, z: 15.0 }]
+        );
         assert_eq!((marker.scale.x, marker.header.frame_id.as_str()), (30.0, MAP_FRAME));
         assert_eq!(viewer.marker([], MissionTime(6)).action, Marker::DELETE, "none is left");
     }

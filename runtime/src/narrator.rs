@@ -19,6 +19,7 @@ use dragnet_scenario::Places;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, RobotId, Source};
 
 use self::ending::Ending;
@@ -31,6 +32,8 @@ pub(crate) struct Narrator {
     is_for_one: bool,
     /// What the coordinator has declared last.
     declared: Vec<Detection>,
+    /// Positions of objects, as far as robots knew them when they were told.
+    positions: BTreeMap<Cell, ObjectPosition>,
     /// Cells in which a robot has found an object, or the coordinator has declared one.
     found: BTreeSet<Cell>,
     /// The operator's verdicts that the coordinator has published.
@@ -56,6 +59,7 @@ impl Narrator {
             is_for_one: places.is_for_one(),
             places,
             declared: Vec::new(),
+            positions: BTreeMap::new(),
             found: BTreeSet::new(),
             verdicts: Verdicts::default(),
             order: (0, TeamOrder::Search),
@@ -111,7 +115,18 @@ impl Narrator {
     /// A declared find of the one subject.
     fn find(&self, object: &Detection) -> String {
         let operator = self.verdicts.decision(object.cell);
-        of_subject(&self.places.on_earth(object.cell), object.probability, operator)
+        of_subject(&self.place(object.cell), object.probability, operator)
+    }
+
+    /// Where the object of a cell is.
+    fn place(&self, cell: Cell) -> String {
+        self.places.object(cell, self.positions.get(&cell))
+    }
+
+    /// Takes the positions of the objects of cells.
+    fn locate(&mut self, machine: &dyn StateMachine, cells: impl IntoIterator<Item = Cell>) {
+        let known = cells.into_iter().filter_map(|cell| Some((cell, *machine.position(cell)?)));
+        self.positions.extend(known);
     }
 
     /// Numbers of declared objects that the operator has confirmed, and of others that were dismissed.
@@ -146,6 +161,7 @@ impl Narrator {
         for status in statuses {
             lines.extend(self.orders_all(MissionTime(status.time_ns), &status.directive));
             lines.extend(news::added(&mut self.added, &status.directive, &self.places));
+            self.locate(machine, status.declared.iter().map(|object| object.cell));
             lines.extend(self.declares(status));
         }
         lines.extend(self.ending.awaits(machine.awaited()));
@@ -211,10 +227,11 @@ impl Narrator {
                 observation.readings.iter().map(|reading| (reading.cell, observation.origin.source))
             })
             .collect();
+        self.locate(machine, cells.keys().copied().filter(|&cell| machine.is_found(cell)));
         let change = |(cell, source)| match (machine.is_found(cell), self.found.contains(&cell)) {
             (true, false) => {
                 self.found.insert(cell);
-                let object = format!("an object at {}", self.places.on_earth(cell));
+                let object = format!("an object at {}", self.place(cell));
                 Some(if source == Source::Robot(robot) {
                     format!("found: {object}")
                 } else {
@@ -223,7 +240,7 @@ impl Narrator {
             }
             (false, true) => {
                 self.found.remove(&cell);
-                Some(format!("doubts: an object at {}, found before", self.places.on_earth(cell)))
+                Some(format!("doubts: an object at {}, found before", self.place(cell)))
             }
             _ => None,
         };
@@ -239,14 +256,13 @@ impl Narrator {
             let what = if self.is_for_one {
                 self.find(object)
             } else {
-                let (place, probability) = (self.places.on_earth(object.cell), object.probability);
+                let (place, probability) = (self.place(object.cell), object.probability);
                 format!("an object at {place}, probability {probability:.3}")
             };
             Some(format!("declared{}: {what}", when(given)?))
         });
         let withdrawn = before.difference(&self.found);
-        let withdrawn =
-            withdrawn.map(|&cell| format!("withdrawn: an object at {}", self.places.on_earth(cell)));
+        let withdrawn = withdrawn.map(|&cell| format!("withdrawn: an object at {}", self.place(cell)));
         new.chain(withdrawn).collect()
     }
 
@@ -302,7 +318,7 @@ impl Narrator {
     fn judges(&mut self, now: MissionTime, verdicts: &Verdicts) -> Vec<String> {
         let before = std::mem::replace(&mut self.verdicts, verdicts.clone());
         let line = |(cell, verdict, given): (_, Verdict, _)| {
-            let (when, find) = (when(given)?, format!("the find at {}", self.places.on_earth(cell)));
+            let (when, find) = (when(given)?, format!("the find at {}", self.place(cell)));
             Some(match verdict.decision.word() {
                 Some(word) => format!("{word} by the operator{when}: {find}"),
                 None => format!("undone by the operator{when}: the decision about {find}"),
@@ -430,6 +446,38 @@ mod tests {
         }
         let declared = "declared: an object at [0, 3] at latitude 0.000045, longitude 2.000314, probability ";
         assert_eq!(lines.iter().filter(|reported| reported.starts_with(declared)).count(), 1, "{lines:#?}");
+    }
+
+    #[test]
+    fn an_object_that_a_robot_has_located_is_told_with_its_position_and_accuracy() {
+        let scenario = scenario();
+        let grid = scenario.terrain().grid();
+        let [from, object] = [2, 3].map(|column| grid.cell(Position { row: 0, column }).unwrap());
+        let reading = Reading { cell: object, value: 1.0, variance: scenario.sensor().variance(1) };
+        let position = ObjectPosition::new(object, [32.5, 8.0], [0.09, 0.0, 0.04]).unwrap();
+        let robot = Participant::Robot(RobotId::FIRST);
+        let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
+        let mut node: CoordinatorNode =
+            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected, None).unwrap();
+        let mut of_robot = Narrator::new(robot, scenario.places());
+        let mut of_coordinator = Narrator::new(Participant::Coordinator, scenario.places());
+        let mut lines = Vec::new();
+        agent.handle(MissionTime::START, Event::Located(vec![position])).unwrap();
+        for number in 1..12 {
+            let now = MissionTime(number * 20_000_000_000);
+            let effects = agent.handle(now, Event::Sensed { cell: from, readings: vec![reading] }).unwrap();
+            lines.extend(of_robot.lines(&agent, &effects));
+            let carried = effects.kept.iter().map(|observation| observation.positions.len()).sum::<usize>();
+            assert_eq!(carried, usize::from(number == 1), "the next observation carries it");
+            for (_, message) in effects.published {
+                let effects = node.handle(now, Event::Received { from: robot, message }).unwrap();
+                lines.extend(of_coordinator.lines(&node, &effects));
+            }
+        }
+        let place = "an object at [0, 3] at latitude 0.000072, longitude 2.000292 (within 0.8 m with 95 % probability)";
+        for said in [format!("found: {place}"), format!("declared: {place}, probability ")] {
+            assert_eq!(lines.iter().filter(|line| line.starts_with(&said)).count(), 1, "{said}: {lines:#?}");
+        }
     }
 
     #[test]

@@ -212,7 +212,14 @@ fn subject(account: &Account) -> String {
     let places = Places::new(&account.terrain, Some(&account.frame));
     let find = |object: &Detection| {
         let operator = account.verdicts.decision(object.cell);
-        format!("{}\n", of_subject(&places.on_earth(object.cell), object.probability, operator))
+        format!(
+            "{}\n",
+            of_subject(
+                &places.object(object.cell, account.positions.get(&object.cell)),
+                object.probability,
+                operator
+            )
+        )
     };
     let finds: String = account.found.iter().map(find).collect();
     format!(

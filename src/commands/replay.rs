@@ -139,7 +139,7 @@ impl Teller {
             Record::Orders(report) if report.from == Participant::Coordinator => self.direct(report),
             Record::Zones(report) if report.from == Participant::Coordinator => self.close(report),
             Record::Picture(picture) => {
-                let (place, source) = (self.places.on_earth(picture.facts.cell), picture.facts.source());
+                let (place, source) = (self.object(picture.facts.cell), picture.facts.source());
                 vec![format!("a picture of the object at {place} arrives, from {source}")]
             }
             Record::Marks(report) if report.from == Participant::Coordinator => self.mark(report),
@@ -147,10 +147,15 @@ impl Teller {
         }
     }
 
+    /// Where the object of a cell is.
+    fn object(&self, cell: Cell) -> String {
+        self.places.object(cell, self.view.fold().position(cell))
+    }
+
     fn judge(&mut self, report: &VerdictReport) -> Vec<String> {
         let before = std::mem::replace(&mut self.verdicts, report.verdicts.clone());
         let line = |(cell, verdict, given): (Cell, Verdict, Given)| {
-            let find = format!("the find at {}", self.places.on_earth(cell));
+            let find = format!("the find at {}", self.object(cell));
             let what = match verdict.decision.word() {
                 Some(word) => format!("the operator has {word} {find}"),
                 None => format!("the operator's decision about {find} is undone"),
@@ -213,7 +218,7 @@ impl Teller {
         let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
         let is_for_one = self.view.about().one_subject.is_some();
         lines.extend(news::declared(&self.declared, status).filter_map(|(object, given)| {
-            let (place, probability) = (self.places.on_earth(object.cell), object.probability);
+            let (place, probability) = (self.object(object.cell), object.probability);
             let what = if is_for_one {
                 format!("declared: {}", of_subject(&place, probability, self.verdicts.decision(object.cell)))
             } else {
@@ -222,9 +227,7 @@ impl Teller {
             dated(given, &what)
         }));
         let withdrawn = self.declared.difference(&declared);
-        lines.extend(
-            withdrawn.map(|&cell| format!("the object at {} is withdrawn", self.places.on_earth(cell))),
-        );
+        lines.extend(withdrawn.map(|&cell| format!("the object at {} is withdrawn", self.object(cell))));
         self.declared = declared;
         lines
     }
@@ -266,7 +269,7 @@ impl Teller {
         };
         let find = |&cell: &Cell| {
             let operator = self.verdicts.decision(cell);
-            format!("{}\n", of_subject(&self.places.on_earth(cell), subject.probability(cell), operator))
+            format!("{}\n", of_subject(&self.object(cell), subject.probability(cell), operator))
         };
         format!("the subject: {standing}\n{}", self.declared.iter().map(find).collect::<String>())
     }

@@ -11,6 +11,7 @@ use dragnet_runtime::session::{Endpoints, open};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::evidence::Reading;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 use image::{ImageFormat, Rgb, RgbImage};
 use zenoh::Wait;
@@ -64,6 +65,8 @@ pub(crate) async fn find(scenario: Scenario, coordinator: String) {
     while !is_order(&link.receive().await.unwrap()) {}
     let cell = grid.cell_numbered(0).unwrap();
     let variance = scenario.sensor().variance(0);
+    let (east, north) = scenario.terrain().center_meters(cell);
+    let position = ObjectPosition::new(cell, [east, north + 1.0], [0.01, 0.0, 0.04]);
     for sequence in 0..OBSERVATIONS {
         let observation = Observation {
             origin: Origin::first(robot),
@@ -71,6 +74,8 @@ pub(crate) async fn find(scenario: Scenario, coordinator: String) {
             time_ns: 1_000_000_000,
             from: cell,
             readings: vec![Reading { cell, value: 1.0, variance }],
+            // North of the middle of its cell.
+            positions: position.filter(|_| sequence == 0).into_iter().collect(),
         };
         let message = Message::Observation(Arc::new(observation));
         link.publish(sequence, Audience::All, &message).await.unwrap();

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_keys::folder::{Folder, SETTINGS};
@@ -17,6 +18,7 @@ use dragnet_ros2::wire::robot::{CompressedImage, Image};
 use dragnet_ros2::wire::vision::Detection2DArray;
 use dragnet_runtime::session::{Endpoints, Mode, free_endpoints, open};
 use dragnet_search::cell::Position;
+use serde_json::Value;
 use time::OffsetDateTime;
 use zenoh::Session;
 
@@ -93,6 +95,45 @@ fn reds(picture: &Picture) -> (Vec<f64>, [u32; 2]) {
     (pixels.map(offset).collect(), [width, height])
 }
 
+/// The coordinator knows where the object is, to a fraction of a cell, and has said so.
+fn check_position(playback: &Playback, said: &str) {
+    let mut fold = MissionFold::of(playback);
+    for (_, record) in &playback.records {
+        fold.take(record);
+    }
+    let cell = playback.terrain.grid().cell(Position { row: 3, column: 3 }).unwrap();
+    let position = fold.position(cell).unwrap_or_else(|| panic!("no position is recorded; {said}"));
+    let ((east, north), accuracy_meters) = (position.meters(), position.accuracy_meters());
+    let off = (east - YARD.object_meters()).hypot(north - YARD.object_meters());
+    // Poses and boxes count as exact: half a meter is the motion between a pose and a frame.
+    assert!(off < accuracy_meters + 1.0 && accuracy_meters < YARD.cell_meters / 2.0, "{off} m: {position:?}");
+    let declared = said.lines().find(|line| line.contains("declared: an object at [3, 3] at "));
+    let declared = declared.unwrap_or_else(|| panic!("{said}"));
+    assert!(declared.contains(" m east, ") && declared.contains(" m with 95 % probability), "), "{declared}");
+}
+
+/// The position is in what is made of the recording.
+fn check_files(recording: &Path) {
+    let dragnet = |arguments: &[&str]| {
+        let output = Command::new(DRAGNET).args(arguments).arg(recording).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for told in [dragnet(&["inspect"]), dragnet(&["replay"])] {
+        assert!(told.contains("[3, 3] at ") && told.contains(" m with 95 % probability"), "{told}");
+    }
+    let file = recording.with_extension("geojson");
+    dragnet(&["export", "--origin", "0,0", "--to", &file.display().to_string()]);
+    let text: Value = serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();
+    let mut features = text["features"].as_array().unwrap().iter();
+    let found = features.find(|feature| feature["properties"]["kind"] == "found").unwrap();
+    let accuracy = found["properties"]["accuracy_meters"].as_f64().unwrap();
+    // A degree has 111 km at the equator.
+    let meters = |axis: usize| found["geometry"]["coordinates"][axis].as_f64().unwrap() * 111e3;
+    let off = (meters(0) - YARD.object_meters()).hypot(meters(1) - YARD.object_meters());
+    assert!(off < accuracy + 1.5, "{found}");
+}
+
 /// A team of one robot and the coordinator, whose parts of the settings of Zenoh these are; returns the picture in the recording.
 async fn pictured(folder: &Path, scenario: &str, [robot, coordinator]: [String; 2]) -> Picture {
     fs::write(folder.join("test_site.toml"), scenario).unwrap();
@@ -127,6 +168,8 @@ async fn pictured(folder: &Path, scenario: &str, [robot, coordinator]: [String; 
     agent.terminate();
     center.terminate();
     let playback = Playback::read(&recording).unwrap();
+    check_position(&playback, &said);
+    check_files(&recording);
     let pictures = playback.records.into_iter().filter_map(|(_, record)| match record {
         Record::Picture(picture) => Some(picture),
         _ => None,

@@ -13,12 +13,13 @@ pub use dragnet_ros2::schema::ENCODING as SCHEMA_ENCODING;
 use dragnet_ros2::schema::RosMessage;
 use dragnet_ros2::viewer::Viewer;
 use dragnet_ros2::wire::standard::GeoJson;
-use dragnet_scenario::Places;
 use dragnet_scenario::map_file::{Earth, GeoPoint, MapOrigin};
 use dragnet_scenario::time::MissionTime;
+use dragnet_scenario::{Places, accuracy};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::observation::RobotId;
+use dragnet_search::object_position::{ObjectPosition, ObjectPositions};
+use dragnet_search::observation::{Observation, RobotId};
 use dragnet_search::terrain::Terrain;
 
 use serde_json::{Value, json};
@@ -108,6 +109,8 @@ pub struct Encoder {
     areas: Option<String>,
     /// Cells and times, nanoseconds, of the objects declared at the last status.
     declared: BTreeSet<(Cell, u64)>,
+    /// Positions of objects, as far as robots know them.
+    positions: ObjectPositions,
 }
 
 /// When the coordinator received a message, and when its sender published it.
@@ -128,6 +131,7 @@ impl Encoder {
             places: Places::new(&header.terrain, header.earth.as_ref().map(|earth| &earth.frame)),
             areas: header.earth.as_ref().filter(|earth| !earth.areas.is_empty()).map(Earth::areas_geojson),
             declared: BTreeSet::new(),
+            positions: ObjectPositions::default(),
         }
     }
 
@@ -147,7 +151,9 @@ impl Encoder {
         match record {
             Record::Observation(observation) => {
                 let topic = Topic::Robot(observation.origin.source, RobotTopic::Observation);
-                vec![self.message(topic, at(observation.time_ns), &wire::Observation::from(&**observation))]
+                let message =
+                    self.message(topic, at(observation.time_ns), &wire::Observation::from(&**observation));
+                [message].into_iter().chain(self.locate(at(now.0), observation)).collect()
             }
             Record::Intent(intent) => {
                 let topic = Topic::Robot(intent.robot.into(), RobotTopic::Intent);
@@ -223,10 +229,21 @@ impl Encoder {
         objects.chain(places.into_iter().flatten()).chain([status]).collect()
     }
 
+    /// Takes the positions of objects; viewers get the declared ones anew if one of them is elsewhere now.
+    fn locate(&mut self, times: Times, observation: &Observation) -> Vec<Encoded> {
+        let place = |encoder: &Self, cell| encoder.positions.of(cell).copied();
+        let cells = observation.positions.iter().map(ObjectPosition::cell);
+        let declared = cells.filter(|&cell| self.declared.iter().any(|&(declared, _)| declared == cell));
+        let before: Vec<_> = declared.map(|cell| (cell, place(self, cell))).collect();
+        self.positions.add(observation);
+        let has_moved = before.into_iter().any(|(cell, before)| place(self, cell) != before);
+        if has_moved { self.declared_places(times).collect() } else { Vec::new() }
+    }
+
     /// All declared objects as viewers draw them: on the map, and on the earth if that is known.
     fn declared_places(&self, times: Times) -> impl Iterator<Item = Encoded> + use<> {
-        let cells = self.declared.iter().map(|&(cell, _)| cell);
-        let marker = self.viewer().marker(cells, times.published);
+        let objects = self.declared.iter().map(|&(cell, _)| (cell, self.positions.of(cell)));
+        let marker = self.viewer().marker(objects, times.published);
         let earth = self.places_on_earth();
         let earth = earth.map(|places| self.message(Topic::Places, times, &places));
         std::iter::once(self.message(Topic::Marker, times, &marker)).chain(earth)
@@ -234,11 +251,15 @@ impl Encoder {
 
     fn places_on_earth(&self) -> Option<GeoJson> {
         let feature = |&(cell, _): &(Cell, u64)| {
-            let GeoPoint { longitude_degrees, latitude_degrees } = self.places.center(cell)?;
+            let position = self.positions.of(cell);
+            let point = position.map_or_else(|| self.places.center(cell), |it| self.places.point(it));
+            let GeoPoint { longitude_degrees, latitude_degrees } = point?;
+            let known = position
+                .map_or_else(String::new, |position| format!(", {}", accuracy(position.accuracy_meters())));
             Some(json!({
                 "type": "Feature",
                 "geometry": { "type": "Point", "coordinates": [longitude_degrees, latitude_degrees] },
-                "properties": { "name": format!("object in cell {}", self.places.cell(cell)) },
+                "properties": { "name": format!("object in cell {}{known}", self.places.cell(cell)) },
             }))
         };
         let features: Vec<Value> = self.declared.iter().map(feature).collect::<Option<_>>()?;

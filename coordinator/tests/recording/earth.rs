@@ -1,7 +1,9 @@
 //! A mission on the earth: where robots, objects and areas are, as maps of viewers show it.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::record::Header;
 use dragnet_coordinator::record::encoder::{Encoded, Encoder};
 use dragnet_ros2::cdr;
@@ -10,9 +12,12 @@ use dragnet_ros2::wire::markers::Marker;
 use dragnet_ros2::wire::robot::NavSatFix;
 use dragnet_ros2::wire::standard::GeoJson;
 use dragnet_scenario::map_file::Earth;
+use dragnet_scenario::time::MissionTime;
+use dragnet_search::object_position::ObjectPosition;
+use dragnet_search::observation::{Observation, Origin, RobotId};
 use serde_json::{Value, json};
 
-use crate::episode::{Episode, header};
+use crate::episode::{Episode, OBJECT, header};
 
 const AREA: &str = r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{"name":"Wood"},"geometry":
     {"type":"Polygon","coordinates":[[[9.5,47.0],[9.502,47.0],[9.502,47.001],[9.5,47.0]]]}}]}"#;
@@ -89,6 +94,38 @@ fn robots_objects_and_areas_have_places_on_the_earth() {
     let areas = geojson(&messages, "/areas/geojson");
     assert_eq!(areas.len(), 1);
     assert_eq!(areas[0]["features"][0]["properties"]["name"], json!("Wood"));
+}
+
+/// The robot locates the object again after it was declared.
+#[test]
+fn located_objects_are_drawn_at_their_positions_and_anew_when_they_are_known_better() {
+    let header = Header { earth: Some(earth()), ..header() };
+    let (mut encoder, episode) = (Encoder::new(&header), Episode::play());
+    let locate = |sequence, meters| {
+        let cell = header.terrain.grid().cell_numbered(OBJECT).unwrap();
+        let positions = ObjectPosition::new(cell, meters, [0.25, 0.0, 0.25]).into_iter().collect();
+        let origin = Origin { source: RobotId::FIRST.into(), incarnation: 9 };
+        let (time_ns, from, readings) = (1, cell, Vec::new());
+        Record::Observation(Arc::new(Observation { origin, sequence, time_ns, from, readings, positions }))
+    };
+    let mut messages = encoder.encode(MissionTime(1), &locate(0, [161.0, 72.0]));
+    assert_eq!(messages.len(), 1, "nothing is declared yet");
+    messages.extend(episode.records.iter().flat_map(|(now, record)| encoder.encode(*now, record)));
+    let end = episode.records.last().unwrap().0;
+    let again = encoder.encode(end, &locate(1, [161.5, 72.5]));
+    assert_eq!(again.len(), 3, "the observation, the marker and the place");
+    assert_eq!(encoder.encode(end, &locate(1, [161.5, 72.5])).len(), 1, "a repeated one is no news");
+    messages.extend(again);
+    let balls = of(&messages, "/objects/marker", Marker::NAME).into_iter();
+    let last = balls.map(|message| cdr::decode::<Marker>(message.data()).unwrap().points);
+    let last: Vec<(f64, f64)> = last.map(|points| points.last().map(|at| (at.x, at.y)).unwrap()).collect();
+    let at = |meters| header.origin.point(meters);
+    assert_eq!(last[1..], [at((161.0, 72.0)), at((161.0, 72.0)), at((161.5, 72.5))]);
+    let places = geojson(&messages, "/objects/geojson");
+    let place = &places.last().unwrap()["features"][0];
+    assert_eq!(place["properties"]["name"], "object in cell [2, 5], within 1.3 m with 95 % probability");
+    let point = earth().frame.point((161.5, 72.5));
+    assert_eq!(place["geometry"]["coordinates"], json!([point.longitude_degrees, point.latitude_degrees]));
 }
 
 #[test]

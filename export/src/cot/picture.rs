@@ -11,8 +11,9 @@ use dragnet_proto::verdict::Decision;
 use dragnet_scenario::map_file::{Area, GeoPoint, Georeference, Purpose};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
-use dragnet_scenario::{Class, Places, Robot, Scenario};
+use dragnet_scenario::{Class, Places, Robot, Scenario, accuracy};
 use dragnet_search::cell::Cell;
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{self, RobotId};
 
 use super::event::{Color, Detail, Event, Motion};
@@ -291,14 +292,17 @@ impl Picture {
         finds.filter_map(move |find| {
             let found = *self.found.get(&find.cell)?;
             let is_confirmed = find.operator == Some(Decision::Confirmed);
+            let position = self.fold.position(find.cell);
             Some(Event {
                 uid: self.uid(&format!("find-{}", find.cell.number())),
                 kind: "b-m-p-s-m",
                 how: "m-f",
                 time_unix_ns,
                 stale: LASTING,
-                point: self.places.center(find.cell)?,
-                error_meters: Some(self.error_meters()),
+                point: position.map_or_else(|| self.places.center(find.cell), |it| self.places.point(it))?,
+                error_meters: Some(
+                    position.map_or_else(|| self.error_meters(), ObjectPosition::accuracy_meters),
+                ),
                 detail: Detail::Marker {
                     callsign: self.callsign("Find", found.number),
                     remarks: self.told(&find, self.object(find.cell)?, found),
@@ -340,7 +344,9 @@ impl Picture {
 
     /// A find in words: how probable, whether confirmed, and when which robot found it.
     fn told(&self, find: &Find, object: &Detection, found: Found) -> String {
-        let place = self.places.cell(find.cell);
+        let known = self.fold.position(find.cell).map(|it| accuracy(it.accuracy_meters()));
+        let known = known.map_or_else(String::new, |known| format!(" ({known})"));
+        let place = format!("{}{known}", self.places.cell(find.cell));
         let what = if self.is_for_one {
             of_subject(&place, object.probability, find.operator)
         } else {

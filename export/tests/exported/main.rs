@@ -10,6 +10,7 @@ mod interpreter;
 mod marks;
 mod mission;
 mod plan;
+mod positions;
 mod readers;
 mod verdicts;
 mod zones;

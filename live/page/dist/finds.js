@@ -2,8 +2,9 @@ import { percent } from "./describe.js";
 import { clock } from "./mission.js";
 import { element } from "./panel.js";
 import { PictureView, thumbnail } from "./picture.js";
-import { coordinates, otherwise } from "./place.js";
+import { coordinates, otherwise, within } from "./place.js";
 const BUTTONS = [["confirmed", "Confirm"], ["dismissed", "Dismiss"], ["undone", "Undo"]];
+const SURE = "95 of 100 objects are within that distance of the coordinates";
 export class Finds {
     map;
     sound;
@@ -98,9 +99,11 @@ export class Finds {
         if (place === undefined || !button || !small)
             return;
         this.thumbnail(mission, small, object);
-        write(button, coordinates(mission.hello, mission.middle(object.cell)));
-        const other = otherwise(mission.hello, mission.middle(object.cell));
-        button.title = [`Show cell ${mission.name(object.cell)} on the map`, other].filter(Boolean).join("; ");
+        const where = mission.where(object.cell);
+        write(button, `${coordinates(mission.hello, where)}${within(mission, object.cell)}`);
+        const other = otherwise(mission.hello, where);
+        const known = object.position === undefined ? "" : SURE;
+        button.title = [`Show cell ${mission.name(object.cell)} on the map`, other, known].filter(Boolean).join("; ");
         button.onclick = () => this.goTo(object.cell);
         write(when, clock(object.since));
         write(robot, object.robot === null ? "operator" : String(object.robot));
@@ -151,7 +154,7 @@ export class Finds {
     }
 }
 function sentence(mission, object) {
-    const place = coordinates(mission.hello, mission.middle(object.cell));
+    const place = `${coordinates(mission.hello, mission.where(object.cell))}${within(mission, object.cell)}`;
     const by = object.robot === null ? "" : ` by robot ${object.robot}`;
     return `${place} (cell ${mission.name(object.cell)}) at ${clock(object.since)}${by}, probability ${certainty(object)}`;
 }

@@ -85,7 +85,7 @@ export class MapView {
             return;
         const near = Math.log2(NEAR_PIXELS / this.mission.hello.cell_meters);
         this.isMoved = true;
-        this.map.setView(this.point(this.mission.middle(cell)), Math.max(this.map.getZoom(), near), { animate: false });
+        this.map.setView(this.point(this.mission.where(cell)), Math.max(this.map.getZoom(), near), { animate: false });
         this.move(...this.mission.place(cell));
     }
     point([east, north]) {

@@ -70,6 +70,17 @@ export class Mission {
         const [row, column] = this.place(cell);
         return [column + 0.5, row + 0.5];
     }
+    position(cell) {
+        const { declared, dismissed } = this.frame ?? { declared: [], dismissed: [] };
+        return [...declared, ...dismissed].find((find) => find.cell === cell)?.position;
+    }
+    where(cell) {
+        const position = this.position(cell);
+        if (position === undefined)
+            return this.middle(cell);
+        const [east, north] = position.meters;
+        return [east / this.hello.cell_meters, north / this.hello.cell_meters];
+    }
     place(cell) {
         return [Math.floor(cell / this.hello.columns), cell % this.hello.columns];
     }

@@ -1,10 +1,10 @@
 import { dialog } from "./form.js";
 import { clock } from "./mission.js";
 import { element } from "./panel.js";
-import { coordinates } from "./place.js";
+import { coordinates, within } from "./place.js";
 function caption(mission, cell, picture) {
     const seen = picture.seen === "" ? "" : `${picture.seen}; `;
-    const place = `${coordinates(mission.hello, mission.middle(cell))} (cell ${mission.name(cell)})`;
+    const place = `${coordinates(mission.hello, mission.where(cell))}${within(mission, cell)} (cell ${mission.name(cell)})`;
     return `${seen}${place}, by robot ${picture.robot}'s camera ${picture.camera} at ${clock(picture.time)}`;
 }
 export function thumbnail(button, picture, open) {

@@ -69,6 +69,12 @@ export function utmOf(point) {
     const cycles = Math.round((about - northing) / CYCLE_METERS);
     return `${zone} ${column * ROW_METERS + Number(east)}E ${northing + cycles * CYCLE_METERS}N`;
 }
+export function within(mission, cell) {
+    const meters = mission.position(cell)?.accuracy_meters;
+    if (meters === undefined)
+        return "";
+    return ` within ${mission.hello.earth === null ? meters.toFixed(1) : Math.ceil(meters)} m`;
+}
 export function north(hello) {
     return hello.earth === null ? 0 : Math.atan2(hello.earth.east[0], hello.earth.north[0]);
 }

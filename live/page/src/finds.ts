@@ -5,7 +5,7 @@ import type { MapView } from "./map.js";
 import { type Declared, type Dismissed, type Frame, type Hello, type Mission, type Picture, clock } from "./mission.js";
 import { element } from "./panel.js";
 import { PictureView, thumbnail } from "./picture.js";
-import { coordinates, otherwise } from "./place.js";
+import { coordinates, otherwise, within } from "./place.js";
 import type { Sound } from "./sound.js";
 
 /** Gives the operator's decisions to the mission. */
@@ -18,6 +18,9 @@ export interface Desk {
 type Decision = "confirmed" | "dismissed" | "undone";
 
 const BUTTONS: [Decision, string][] = [["confirmed", "Confirm"], ["dismissed", "Dismiss"], ["undone", "Undo"]];
+
+/** What `within` means. */
+const SURE = "95 of 100 objects are within that distance of the coordinates";
 
 export class Finds {
   /** Cells of the finds at the last frame; undefined before the first. */
@@ -118,9 +121,11 @@ export class Finds {
     const small = place?.querySelector<HTMLButtonElement>(".picture");
     if (place === undefined || !button || !small) return;
     this.thumbnail(mission, small, object);
-    write(button, coordinates(mission.hello, mission.middle(object.cell)));
-    const other = otherwise(mission.hello, mission.middle(object.cell));
-    button.title = [`Show cell ${mission.name(object.cell)} on the map`, other].filter(Boolean).join("; ");
+    const where = mission.where(object.cell);
+    write(button, `${coordinates(mission.hello, where)}${within(mission, object.cell)}`);
+    const other = otherwise(mission.hello, where);
+    const known = object.position === undefined ? "" : SURE;
+    button.title = [`Show cell ${mission.name(object.cell)} on the map`, other, known].filter(Boolean).join("; ");
     button.onclick = () => this.goTo(object.cell);
     write(when, clock(object.since));
     write(robot, object.robot === null ? "operator" : String(object.robot));
@@ -178,7 +183,7 @@ export class Finds {
 }
 
 function sentence(mission: Mission, object: Declared): string {
-  const place = coordinates(mission.hello, mission.middle(object.cell));
+  const place = `${coordinates(mission.hello, mission.where(object.cell))}${within(mission, object.cell)}`;
   const by = object.robot === null ? "" : ` by robot ${object.robot}`;
   return `${place} (cell ${mission.name(object.cell)}) at ${clock(object.since)}${by}, probability ${certainty(object)}`;
 }

@@ -110,12 +110,12 @@ export class MapView {
     this.isMoved = false;
   }
 
-  /** Brings a cell to the middle, near enough to see it, and moves the cursor there. */
+  /** Brings a cell, or the find in it, to the middle, near enough to see it, and moves the cursor there. */
   goTo(cell: number): void {
     if (this.mission === undefined) return;
     const near = Math.log2(NEAR_PIXELS / this.mission.hello.cell_meters);
     this.isMoved = true;
-    this.map.setView(this.point(this.mission.middle(cell)), Math.max(this.map.getZoom(), near), { animate: false });
+    this.map.setView(this.point(this.mission.where(cell)), Math.max(this.map.getZoom(), near), { animate: false });
     this.move(...this.mission.place(cell));
   }
 

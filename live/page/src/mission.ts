@@ -103,7 +103,16 @@ export interface Declared {
   robot: number | null;
   /** What the operator has decided; `dismissed` if it was declared again after that. */
   operator: "confirmed" | "dismissed" | null;
+  position?: Position;
   picture?: Picture;
+}
+
+/** The position of a find, if a robot knows it better than by its cell. */
+export interface Position {
+  /** Meters east and north of the south-western corner. */
+  meters: Spot;
+  /** The largest distance of the object from there with a probability of 95 %. */
+  accuracy_meters: number;
 }
 
 /** A find that the operator has dismissed. */
@@ -111,6 +120,7 @@ export interface Dismissed {
   cell: number;
   since: number;
   robot: number | null;
+  position?: Position;
   picture?: Picture;
 }
 
@@ -268,6 +278,20 @@ export class Mission {
   middle(cell: number): Spot {
     const [row, column] = this.place(cell);
     return [column + 0.5, row + 0.5];
+  }
+
+  /** The position of the find of a cell, if a robot knows it better than by the cell. */
+  position(cell: number): Position | undefined {
+    const { declared, dismissed } = this.frame ?? { declared: [], dismissed: [] };
+    return [...declared, ...dismissed].find((find) => find.cell === cell)?.position;
+  }
+
+  /** Where the find of a cell is, in cells east and north: its position, or else the middle of the cell. */
+  where(cell: number): Spot {
+    const position = this.position(cell);
+    if (position === undefined) return this.middle(cell);
+    const [east, north] = position.meters;
+    return [east / this.hello.cell_meters, north / this.hello.cell_meters];
   }
 
   /** `[row, column]` of a cell's number, from the south-west. */

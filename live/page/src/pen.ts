@@ -130,9 +130,14 @@ export class Pen {
   }
 
   finds(): void {
-    const { context } = this;
-    for (const object of this.mission.frame?.declared ?? []) {
-      const [x, y] = this.middle(object.cell);
+    const { context, mission, view } = this;
+    for (const object of mission.frame?.declared ?? []) {
+      const [x, y] = view.at(mission.where(object.cell));
+      if (object.position !== undefined) {
+        context.beginPath();
+        context.arc(x, y, (object.position.accuracy_meters / mission.hello.cell_meters) * view.size, 0, 2 * Math.PI);
+        this.casing("#c2410c", 1.5, [4, 3]);
+      }
       const half = this.sign * 0.72;
       this.trace([[x, y - half], [x + half, y], [x, y + half], [x - half, y]]);
       context.closePath();

@@ -3,14 +3,14 @@
 import { dialog } from "./form.js";
 import { type Mission, type Picture, clock } from "./mission.js";
 import { element } from "./panel.js";
-import { coordinates } from "./place.js";
+import { coordinates, within } from "./place.js";
 
 type Decision = "confirmed" | "dismissed";
 
 /** What a picture shows, in words. */
 function caption(mission: Mission, cell: number, picture: Picture): string {
   const seen = picture.seen === "" ? "" : `${picture.seen}; `;
-  const place = `${coordinates(mission.hello, mission.middle(cell))} (cell ${mission.name(cell)})`;
+  const place = `${coordinates(mission.hello, mission.where(cell))}${within(mission, cell)} (cell ${mission.name(cell)})`;
   return `${seen}${place}, by robot ${picture.robot}'s camera ${picture.camera} at ${clock(picture.time)}`;
 }
 

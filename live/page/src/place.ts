@@ -2,7 +2,7 @@
 
 import { keep, kept } from "./kept.js";
 import { forward } from "./mgrs.js";
-import type { Hello, Spot } from "./mission.js";
+import type { Hello, Mission, Spot } from "./mission.js";
 
 /** `[latitude, longitude]` of a point in cells east and north; undefined if the map is not on the earth. */
 export function degrees(hello: Hello, [east, north]: Spot): [number, number] | undefined {
@@ -99,6 +99,13 @@ export function utmOf(point: [number, number]): string | undefined {
   const northing = row * ROW_METERS + Number(north);
   const cycles = Math.round((about - northing) / CYCLE_METERS);
   return `${zone} ${column * ROW_METERS + Number(east)}E ${northing + cycles * CYCLE_METERS}N`;
+}
+
+/** ` within 2 m`: how well a robot knows where the find of a cell is, as far as its coordinates are written; empty if it is known by its cell alone. */
+export function within(mission: Mission, cell: number): string {
+  const meters = mission.position(cell)?.accuracy_meters;
+  if (meters === undefined) return "";
+  return ` within ${mission.hello.earth === null ? meters.toFixed(1) : Math.ceil(meters)} m`;
 }
 
 /** Direction of north on the page, radians clockwise from up. */

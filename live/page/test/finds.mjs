@@ -83,7 +83,10 @@ export async function pictured() {
     const small = page.locator("#find-picture img");
     await small.waitFor();
     await until("it is loaded", async () => (await small.evaluate((it) => it.naturalWidth)) === 120);
-    assert.match(await text(page, "find-text"), /^Find at .* by robot 1/);
+    assert.match(await text(page, "find-text"), /^Find at .* within (0\.5|1) m \(cell \[0, 0\]\) .* by robot 1/);
+    const go = page.locator("#objects tbody .go");
+    assert.match(await go.textContent(), / within (0\.5|1) m$/);
+    assert.match(await go.getAttribute("title"), /95 of 100 objects are within that distance/);
     await shot(page, "find_picture.png");
     for (const [width, height] of [[390, 844], [1440, 900]]) {
       await page.setViewportSize({ width, height });

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::terrain::Terrain;
 
 use crate::map_file::{GeoPoint, Georeference};
@@ -49,6 +50,23 @@ impl Places {
         format!("{}{center}", self.cell(cell))
     }
 
+    /// Where the object is that is declared in a cell: as [`Places::on_earth`] or, if a robot knows its position, that with its
+    /// accuracy, in meters of the map if that is not on the earth.
+    #[must_use]
+    pub fn object(&self, cell: Cell, position: Option<&ObjectPosition>) -> String {
+        let Some(position) = position else { return self.on_earth(cell) };
+        let (east, north) = position.meters();
+        let point = self.point(position).map(|point| point.to_string());
+        let place = point.unwrap_or_else(|| format!("{east:.1} m east, {north:.1} m north"));
+        format!("{} at {place} ({})", self.cell(cell), accuracy(position.accuracy_meters()))
+    }
+
+    /// Where on the earth an object is, if that is known.
+    #[must_use]
+    pub fn point(&self, position: &ObjectPosition) -> Option<GeoPoint> {
+        Some(self.frame?.point(position.meters()))
+    }
+
     /// A number of cells in meters.
     #[must_use]
     pub fn meters(&self, cells: f64) -> f64 {
@@ -78,6 +96,13 @@ impl Places {
     }
 }
 
+/// How well a position is known, as people read it, by [`ObjectPosition::accuracy_meters`]: rounded up to
+/// decimeters.
+#[must_use]
+pub fn accuracy(meters: f64) -> String {
+    format!("within {:.1} m with 95 % probability", (10.0 * meters).ceil() / 10.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,5 +116,25 @@ mod tests {
         let places = Places::new(&terrain, Some(&frame));
         assert_eq!(places.cell(cell), "[1, 1]");
         assert_eq!(places.on_earth(cell), "[1, 1] at latitude 0.001357, longitude 2.001347");
+    }
+
+    #[test]
+    fn an_object_is_where_a_robot_has_located_it_or_else_in_its_cell() {
+        let terrain = Terrain::from_ascii("...\n...", 100.0).unwrap();
+        let cell = terrain.grid().cell_numbered(4).unwrap();
+        let frame = Georeference::new(GeoPoint { longitude_degrees: 2.0, latitude_degrees: 0.0 }, 0.0);
+        let (flat, places) = (Places::new(&terrain, None), Places::new(&terrain, Some(&frame)));
+        assert_eq!(
+            (flat.object(cell, None), places.object(cell, None)),
+            (flat.on_earth(cell), places.on_earth(cell))
+        );
+        let position = ObjectPosition::new(cell, [120.04, 190.0], [0.04, 0.0, 0.0625]).unwrap();
+        let known = "(within 0.7 m with 95 % probability)";
+        assert_eq!(
+            flat.object(cell, Some(&position)),
+            format!("[1, 1] at 120.0 m east, 190.0 m north {known}")
+        );
+        let there = "[1, 1] at latitude 0.001718, longitude 2.001078";
+        assert_eq!(places.object(cell, Some(&position)), format!("{there} {known}"));
     }
 }

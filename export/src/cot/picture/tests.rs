@@ -107,7 +107,17 @@ impl Site {
     fn observe(&mut self, sequence: u64, from: Cell, seen: Cell, nats: f32) {
         let origin = Origin::first(RobotId::FIRST);
         let readings = vec![Reading { cell: seen, value: 0.5 + nats, variance: 1.0 }];
-        let observation = Observation { origin, sequence, time_ns: self.now.0, from, readings };
+        let observation =
+            Observation { origin, sequence, time_ns: self.now.0, from, readings, positions: Box::default() };
+        self.receive(1, Message::Observation(Arc::new(observation)));
+        assert!(self.coordinator.replica().rejected().is_empty());
+    }
+
+    /// Robot 1 knows where an object is.
+    fn locate(&mut self, sequence: u64, from: Cell, position: ObjectPosition) {
+        let (origin, time_ns, readings) = (Origin::first(RobotId::FIRST), self.now.0, Vec::new());
+        let observation =
+            Observation { origin, sequence, time_ns, from, readings, positions: [position].into() };
         self.receive(1, Message::Observation(Arc::new(observation)));
         assert!(self.coordinator.replica().rejected().is_empty());
     }
@@ -221,6 +231,24 @@ fn a_find_is_a_marker_until_it_is_dismissed_and_then_removed() {
     let Detail::Marker { callsign, .. } = &named(&events, &uid).detail else { panic!() };
     assert_eq!(callsign, "Find 1 (valley)");
     assert!(events.iter().all(|event| event.kind != "t-x-d-d"), "{events:?}");
+}
+
+#[test]
+fn a_find_that_a_robot_has_located_is_at_its_position_with_its_error() {
+    let mut site = Site::new();
+    site.pass(2);
+    let [from, seen] = [site.cell(2, 3), site.cell(3, 4)];
+    let position = ObjectPosition::new(seen, [97.0, 62.0], [0.25, 0.0, 1.0]).unwrap();
+    site.observe(0, from, seen, 7.0);
+    site.locate(1, from, position);
+    site.pass(8);
+    let events = site.events();
+    let find = named(&events, &format!("find-{}", seen.number()));
+    let [east, north] = [find.point.longitude_degrees - 9.5, find.point.latitude_degrees - 47.5];
+    assert!((north * 111_185.0 - 62.0).abs() < 0.1 && (east * 75_349.0 - 97.0).abs() < 0.1, "{find:?}");
+    assert!((find.error_meters.unwrap() - 2.448).abs() < 1e-3);
+    let Detail::Marker { remarks, .. } = &find.detail else { panic!("{find:?}") };
+    assert!(remarks.contains(" at [3, 4] (within 2.5 m with 95 % probability), not confirmed"), "{remarks}");
 }
 
 #[test]
