@@ -106,12 +106,73 @@ impl Floods<'_> {
     }
 }
 
+/// East, north, west and south.
+const SIDES: [Offset; 4] = [
+    Offset { north: 0, east: 1 },
+    Offset { north: 1, east: 0 },
+    Offset { north: 0, east: -1 },
+    Offset { north: -1, east: 0 },
+];
+
+/// Which neighboring cells' floors are connected, and which cells are closed.
+struct Ways {
+    grid: Grid,
+    /// By side, shape `[cells]`.
+    is_joined: Vec<[bool; 4]>,
+    is_closed: Vec<bool>,
+}
+
+impl Ways {
+    fn new(grid: Grid) -> Self {
+        let count = grid.cell_count();
+        Self { grid, is_joined: vec![[false; 4]; count], is_closed: vec![false; count] }
+    }
+
+    /// The neighbors to the east and to the north.
+    fn ahead(&self, cell: Cell) -> impl Iterator<Item = (usize, Cell)> + use<> {
+        let grid = self.grid;
+        (0..2).filter_map(move |side| Some((side, grid.step(cell, SIDES[side])?)))
+    }
+
+    fn join(&mut self, cell: Cell, side: usize, next: Cell) {
+        self.is_joined[cell.index()][side] = true;
+        self.is_joined[next.index()][(side + 2) % 4] = true;
+    }
+
+    /// The open neighbors whose floors are connected with a cell's.
+    fn joined(&self, cell: Cell) -> impl Iterator<Item = Cell> + '_ {
+        let joined = (0..4).filter(move |&side| self.is_joined[cell.index()][side]);
+        let next = joined.filter_map(move |side| self.grid.step(cell, SIDES[side]));
+        next.filter(|next| !self.is_closed[next.index()])
+    }
+
+    /// Whether the neighbors that a cell connects are also connected by the eight cells around it.
+    fn is_spare(&self, cell: Cell) -> bool {
+        let is_around = |next: &Cell| {
+            let Offset { north, east } = self.grid.offset(cell, *next);
+            north.abs().max(east.abs()) == 1
+        };
+        let mut reached: Vec<Cell> = self.joined(cell).take(1).collect();
+        let mut next = 0;
+        while let Some(&at) = reached.get(next) {
+            next += 1;
+            for beside in self.joined(at).filter(is_around) {
+                if !reached.contains(&beside) {
+                    reached.push(beside);
+                }
+            }
+        }
+        self.joined(cell).all(|beside| reached.contains(&beside))
+    }
+}
+
 impl Raster {
     /// Open cells that are not to be entered: without them no two neighboring open cells are left whose floors, the largest
     /// connected parts of their free pixels, no free pixels of the two connect.
     ///
-    /// Of two such neighbors it is the one that can be entered from more sides, so that a corridor of single cells stays open;
-    /// else the one with the smaller floor, where most of the wall is; else the northern or eastern one.
+    /// Of two such neighbors it is the one without which the cells around it are still connected, so that no way is cut; else the
+    /// one that can be entered from more sides, so that a corridor of single cells stays open; else the one with the
+    /// smaller floor, where most of the wall is; else the northern or eastern one.
     pub(super) fn cells_at_walls(&self, grid: Grid, ground: &[Ground], pixels_per_cell: f64) -> Vec<Cell> {
         let mut floods = Floods { raster: self, reached: vec![0; self.is_free.len()], count: 0 };
         let floor = |cell: Cell| {
@@ -119,32 +180,30 @@ impl Raster {
             ground[cell.index()].traversable.then(|| floods.floor(window))?
         };
         let floor_of: Vec<Option<Floor>> = grid.cells().map(floor).collect();
-        let mut sides = vec![0_u8; grid.cell_count()];
+        let mut ways = Ways::new(grid);
         let mut parted = Vec::new();
         for cell in grid.cells() {
-            for offset in [Offset { north: 0, east: 1 }, Offset { north: 1, east: 0 }] {
-                let Some(next) = grid.step(cell, offset) else { continue };
+            for (side, next) in ways.ahead(cell) {
                 let (Some(a), Some(b)) = (&floor_of[cell.index()], &floor_of[next.index()]) else { continue };
                 if floods.connect(a, b) {
-                    sides[cell.index()] += 1;
-                    sides[next.index()] += 1;
+                    ways.join(cell, side, next);
                 } else {
                     parted.push((cell, next));
                 }
             }
         }
-        let room = |cell: Cell| {
+        let sides: Vec<usize> = grid.cells().map(|cell| ways.joined(cell).count()).collect();
+        let room = |ways: &Ways, cell: Cell| {
             let pixels = floor_of[cell.index()].as_ref().map_or(0, |floor| floor.pixels);
-            (Reverse(sides[cell.index()]), pixels)
+            (!ways.is_spare(cell), Reverse(sides[cell.index()]), pixels)
         };
-        let mut is_closed = vec![false; grid.cell_count()];
         for (cell, next) in parted {
-            if !is_closed[cell.index()] && !is_closed[next.index()] {
-                let closed = if room(cell) < room(next) { cell } else { next };
-                is_closed[closed.index()] = true;
+            if !ways.is_closed[cell.index()] && !ways.is_closed[next.index()] {
+                let closed = if room(&ways, cell) < room(&ways, next) { cell } else { next };
+                ways.is_closed[closed.index()] = true;
             }
         }
-        grid.cells().filter(|cell| is_closed[cell.index()]).collect()
+        grid.cells().filter(|cell| ways.is_closed[cell.index()]).collect()
     }
 
     /// The pixels of a cell.
@@ -159,7 +218,11 @@ impl Raster {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use super::super::Extent;
     use super::super::tests::check;
+    use super::*;
 
     #[test]
     fn cells_with_a_wall_in_them_are_not_entered() {
@@ -191,5 +254,36 @@ mod tests {
         let corridor = format!("{wall}/{wall}/{free}/{free}/{wall}/{wall}");
         // The walls lie half in the corridor's cells.
         check(&format!("{room}/{corridor}/{room}"), 4.0, "..../~~~~/..../~~~~/....");
+    }
+
+    /// A floor of a building in pixels of 0.1 m: a corridor of 1.9 m with rooms of 6 m on both sides, walls of 0.1 m, and doors of
+    /// 1.8 m; `beside` and `below` pixels of more wall in the west and in the south.
+    fn building(beside: u32, below: u32) -> Raster {
+        let (columns, rows) = (241 + beside, 161 + below);
+        let is_wall = |row: u32, column: u32| {
+            let is_divider = column.is_multiple_of(60) && !(71..90).contains(&row);
+            let is_door = (21..39).contains(&(column % 60));
+            is_divider || row.is_multiple_of(160) || (row == 70 || row == 90) && !is_door
+        };
+        let is_free = |pixel: u32| {
+            let (row, column) = (pixel / columns, pixel % columns);
+            row >= below && column >= beside && !is_wall(row - below, column - beside)
+        };
+        let extent = Extent { columns, rows, pixel_meters: 0.1 };
+        Raster { extent, is_free: (0..rows * columns).map(is_free).collect() }
+    }
+
+    #[test]
+    fn all_rooms_of_a_building_stay_connected_wherever_its_walls_lie_in_the_cells() {
+        for (beside, below) in (0..10).flat_map(|beside| (0..10).map(move |below| (beside, below))) {
+            let terrain = building(beside, below).terrain(Path::new("building.png"), 1.0).unwrap();
+            let areas = terrain.connected_areas();
+            assert_eq!(
+                areas.len(),
+                1,
+                "{beside} {below}: {:?}",
+                areas.iter().map(Vec::len).collect::<Vec<_>>()
+            );
+        }
     }
 }
