@@ -20,6 +20,7 @@ use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::intent::PlannedPrecision;
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId, Source};
 use dragnet_search::one_subject::OneSubject;
@@ -109,10 +110,6 @@ impl AgentConfig {
         self.robot.class.step_time(self.terrain.cell_meters())
     }
 
-    fn view(&self, now: MissionTime) -> View<'_> {
-        View { terrain: &self.terrain, class: &self.robot.class, limits: &self.limits, now }
-    }
-
     /// How long a robot may make no progress: it may be slower than planned, and route around obstacles.
     fn stillness(&self, robot: RobotId) -> Duration {
         let class = self.limits.class(robot.into()).unwrap_or(&self.robot.class);
@@ -191,7 +188,9 @@ pub struct Agent {
     orders: RobotOrders,
     /// The operator's zones, as far as known.
     zones: Zones,
-    /// The map as it plans: with these zones, and without the barred cells.
+    /// What is hidden by its vehicle's map too, if that has told it.
+    line_of_sight: Option<LineOfSight>,
+    /// The map as it plans: with these zones, without the barred cells, and with what its vehicle knows to be hidden.
     ground: Arc<Terrain>,
     /// Whether its vehicle must return to its base.
     must_return: bool,
@@ -260,6 +259,7 @@ impl Agent {
             directive: Directive::default(),
             orders: RobotOrders::default(),
             zones: Zones::default(),
+            line_of_sight: None,
             ground: Arc::clone(&config.terrain),
             must_return: false,
             waiting: Waiting::default(),
@@ -314,6 +314,10 @@ impl Agent {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut effects),
             Event::RouteFailed { blocked } => self.bar(now, &blocked),
             Event::Doubted { cells } => self.sightings.doubt(&cells),
+            Event::LineOfSight(seen) => {
+                self.line_of_sight = Some(seen);
+                self.survey();
+            }
             Event::Located(positions) => self.located = positions,
             Event::Received { from, message } => return self.receive(now, from, &message),
             Event::Woke => self.wake(now, &mut effects),
@@ -470,7 +474,7 @@ impl Agent {
             return;
         }
         self.observations += 1;
-        self.blind_spots.add(&self.config.terrain, self.config.sensor(), cell, &observation.readings);
+        self.blind_spots.add(&self.ground, self.config.sensor(), cell, &observation.readings);
         self.sightings.add(&observation.readings);
         effects.kept.push(Arc::clone(&observation));
         effects.published.push((Audience::All, Message::Observation(observation)));
@@ -641,7 +645,7 @@ impl Agent {
                 self.replica.knowledge().belief(),
                 &self.sightings,
                 &self.blind_spots,
-                self.config.sensor(),
+                (&self.ground, self.config.sensor()),
                 &self.zones,
             );
             let tau = mission.detection_threshold;
@@ -757,7 +761,7 @@ impl Agent {
     /// several helpers may go to the same cells: `docs/results.md` compares this with what else they could do. If
     /// teammates plan to observe all that is left, it waits; if they plan nothing, nothing is left.
     fn choose(&mut self, now: MissionTime, robot: Cell) -> (Activity, Vec<Cell>) {
-        let planned = self.team.planned(self.config.view(now));
+        let planned = self.team.planned(self.view(now));
         let mut with_shares = planned.clone();
         with_shares.add_shares(&self.ground, self.config.sensor(), robot);
         let mut decision = self.decide_with(now, &with_shares, robot);
@@ -781,6 +785,12 @@ impl Agent {
         (activity, Vec::new())
     }
 
+    fn view(&self, now: MissionTime) -> View<'_> {
+        let AgentConfig { terrain, robot, limits, .. } = &self.config;
+        let line_of_sight = self.line_of_sight.as_ref().unwrap_or(limits.terrain().line_of_sight());
+        View { terrain, line_of_sight, class: &robot.class, limits, now }
+    }
+
     fn decide_with(
         &mut self,
         now: MissionTime,
@@ -791,7 +801,7 @@ impl Agent {
             self.replica.knowledge().belief(),
             &self.sightings,
             &self.blind_spots,
-            self.config.sensor(),
+            (&self.ground, self.config.sensor()),
             &self.zones,
         );
         let situation = Situation {
@@ -845,10 +855,10 @@ fn planning_belief<'a>(
     belief: &'a Belief,
     sightings: &Sightings,
     blind_spots: &BlindSpots,
-    sensor: &Sensor,
+    (ground, sensor): (&Terrain, &Sensor),
     zones: &Zones,
 ) -> Cow<'a, Belief> {
-    let mut belief = blind_spots.removed_from(sightings.added_to(belief), sensor);
+    let mut belief = blind_spots.removed_from(sightings.added_to(belief), ground, sensor);
     for cell in zones.cells(Zone::Skip) {
         blind_spots::clear(&mut belief, cell);
     }

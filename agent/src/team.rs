@@ -9,6 +9,7 @@ use dragnet_scenario::Class;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::intent::{PlannedPrecision, TeammatePlan};
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
@@ -46,6 +47,8 @@ impl Teammate {
 pub struct View<'a> {
     /// The map.
     pub terrain: &'a Terrain,
+    /// What is hidden from robots on the ground.
+    pub line_of_sight: &'a LineOfSight,
     /// The robot's class.
     pub class: &'a Class,
     /// Classes of the team.
@@ -159,6 +162,11 @@ impl Team {
                 path: plan.path.clone(),
                 driven_cells: elapsed * (class.speed_meters_per_second / view.terrain.cell_meters()),
                 sensor: Arc::clone(&class.sensor),
+                line_of_sight: if class.flies {
+                    LineOfSight::everywhere()
+                } else {
+                    view.line_of_sight.clone()
+                },
                 pace: class.speed_meters_per_second / view.class.speed_meters_per_second,
             };
             planned.add_plan(view.terrain, plan);
@@ -234,7 +242,8 @@ mod tests {
         }
 
         fn view(&self, now: MissionTime) -> View<'_> {
-            View { terrain: &self.terrain, class: &self.classes[0], limits: &self.limits, now }
+            let (terrain, line_of_sight) = (&self.terrain, self.terrain.line_of_sight());
+            View { terrain, line_of_sight, class: &self.classes[0], limits: &self.limits, now }
         }
 
         fn check(&self, expected: impl IntoIterator<Item = u32>) {

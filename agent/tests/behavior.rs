@@ -13,6 +13,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::evidence::Reading;
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::observation::{Observation, Origin, RobotId};
 
 const SECOND: u64 = 1_000_000_000;
@@ -463,4 +464,28 @@ fn a_robot_whose_vehicle_cannot_enter_a_cell_goes_elsewhere() {
     }
     // A vehicle that is boxed in blames no cell.
     assert!(!fail(&mut field, 20, Vec::new()).is_empty());
+}
+
+#[test]
+fn a_robot_goes_to_where_its_vehicle_says_that_a_cell_is_seen_from() {
+    let planned = |is_told: bool| {
+        let mut field = Field::with_sensor(1, ENDLESS, "radius = 12");
+        let (here, there) = (field.cell(5, 5), field.cell(5, 8));
+        let grid = field.scenario.terrain().grid();
+        if is_told {
+            // Walls around the cell and those beside it to the east.
+            let column = |cell| grid.position(cell).column;
+            let line_of_sight = LineOfSight::from_fn(grid, 12, |from, offset| {
+                grid.step(from, offset).is_some_and(|to| (column(from) < 8) != (column(to) < 8))
+            });
+            field.robot.react(MissionTime(0), Event::LineOfSight(line_of_sight));
+        }
+        // All else is known to be empty.
+        let others = grid.cells().filter(|&cell| cell != there);
+        let readings = others.map(|cell| Reading { cell, value: 0.0, variance: 0.001 }).collect();
+        let route = field.robot.react(MissionTime(0), Event::Sensed { cell: here, readings }).route;
+        route.unwrap().into_iter().map(|cell| grid.position(cell).column).collect::<Vec<_>>()
+    };
+    assert!(planned(false).iter().all(|&column| column < 8), "a look from there is good enough");
+    assert_eq!(planned(true), [6, 7, 8]);
 }

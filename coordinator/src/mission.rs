@@ -234,6 +234,7 @@ impl Mission {
             | Event::Sensed { .. }
             | Event::RouteFailed { .. }
             | Event::Doubted { .. }
+            | Event::LineOfSight(_)
             | Event::Located(_)
             | Event::Came
             | Event::Halted

@@ -16,6 +16,7 @@ use dragnet_scenario::map_file::{Earth, MapOrigin};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Grid;
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::one_subject::OneSubject;
 use dragnet_search::reach::Sight;
 use dragnet_search::sensor::{Noise, Sensor};
@@ -27,8 +28,8 @@ use crate::mcap_file::{Ending, RecordingError, chunk};
 use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
 use crate::record::{
-    AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD,
-    RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA,
+    AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, LINE_OF_SIGHT, MISSION_TIME, NOISE_VARIANCE,
+    REST_OF_WORLD, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA,
 };
 
 /// For recordings without a detection threshold.
@@ -141,14 +142,15 @@ impl Playback {
         let facts = tape.metadata.remove(EARTH_METADATA);
         let areas = tape.areas.as_deref().unwrap_or(NO_AREAS);
         let earth = facts.map(|facts| Earth::read(&facts, areas)).transpose();
+        let run = tape.metadata.remove(RUN_METADATA).unwrap_or_default();
         Ok(Self {
-            terrain: Arc::new(terrain),
+            terrain: Arc::new(with_line_of_sight(terrain, &run)),
             origin: tape.origin,
             start_unix_ns: tape.start_unix_ns,
             earth: earth.map_err(|reason| unreadable(&reason))?,
             prior: tape.prior.ok_or_else(|| unreadable("it has no belief"))?,
             records: tape.records,
-            run: tape.metadata.remove(RUN_METADATA).unwrap_or_default(),
+            run,
             summary: tape.metadata.remove(SUMMARY_METADATA).unwrap_or_default(),
             ending,
         })
@@ -315,6 +317,15 @@ impl Tape {
             return Err(format!("{} bytes for {cells} cells", grid.data.len()));
         }
         Ok(floats.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect())
+    }
+}
+
+/// The terrain with what walls hide, if the recorded run says that they did.
+fn with_line_of_sight(terrain: Terrain, run: &BTreeMap<String, String>) -> Terrain {
+    let radius = run.get(LINE_OF_SIGHT).and_then(|radius| radius.parse().ok());
+    match radius.filter(|&radius| radius > 0 && !LineOfSight::is_too_large(terrain.grid(), radius)) {
+        Some(radius) => terrain.with_opaque_walls(radius),
+        None => terrain,
     }
 }
 

@@ -85,6 +85,8 @@ pub const MISSION_TIME: &str = "mission_time_s";
 pub const REST_OF_WORLD: &str = "rest_of_world";
 /// Fact of the run: the variance of a reading at a distance of one cell, of each robot.
 pub const NOISE_VARIANCE: &str = "noise_variance";
+/// Fact of a run in which walls hide what is behind them: the radius within which they do, cells.
+pub const LINE_OF_SIGHT: &str = "line_of_sight_radius";
 /// Name within `summary` of the probability at the end that the one subject is in a declared cell.
 pub const SUCCESS: &str = "pos";
 

@@ -12,6 +12,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{Digest, Reading};
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, RobotId};
 
@@ -113,6 +114,8 @@ pub enum Event<M> {
         /// The cells.
         cells: Vec<Cell>,
     },
+    /// A robot's vehicle knows which cells are hidden from which, by its own map too, or need no other look from there.
+    LineOfSight(LineOfSight),
     /// A robot's vehicle knows positions of objects that it declares, of each cell at most one; an observation follows, which
     /// carries them.
     Located(Vec<ObjectPosition>),
@@ -158,6 +161,7 @@ impl<M> Event<M> {
             Self::Sensed { cell, readings } => Event::Sensed { cell, readings },
             Self::RouteFailed { blocked } => Event::RouteFailed { blocked },
             Self::Doubted { cells } => Event::Doubted { cells },
+            Self::LineOfSight(seen) => Event::LineOfSight(seen),
             Self::Located(positions) => Event::Located(positions),
             Self::Woke => Event::Woke,
             Self::Came => Event::Came,

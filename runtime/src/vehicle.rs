@@ -413,6 +413,7 @@ impl Vehicle {
             Action::Sensed { cell, readings } => vec![Effect::Sensed { cell, readings }],
             Action::RouteFailed { blocked } => vec![Effect::Report(AgentEvent::RouteFailed { blocked })],
             Action::Doubted { cells } => vec![Effect::Report(AgentEvent::Doubted { cells })],
+            Action::LineOfSight(seen) => vec![Effect::Report(AgentEvent::LineOfSight(seen))],
             Action::Located(positions) => vec![Effect::Report(AgentEvent::Located(positions))],
             Action::Drive(plan) => {
                 let path = self.path(&plan.poses);

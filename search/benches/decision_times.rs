@@ -8,6 +8,7 @@
 
 mod by_size;
 mod field;
+mod line_of_sight;
 mod ratio;
 mod times;
 
@@ -44,6 +45,7 @@ fn main() {
     print_large_map(Duration::from_millis(12));
     ratio::print();
     by_size::print();
+    line_of_sight::print();
 }
 
 fn print_episodes(name: PolicyName, target: Duration) {

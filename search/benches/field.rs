@@ -37,7 +37,11 @@ impl Field {
     /// A square map at the start of an episode: the robot has made one observation, from a cell drawn in the largest
     /// area.
     pub(crate) fn fresh(shape: Shape, side: u32, density: f64, seed: u64) -> Self {
-        let terrain = shape.terrain(Grid::new(side, side).unwrap(), 30.0).unwrap();
+        Self::on(shape.terrain(Grid::new(side, side).unwrap(), 30.0).unwrap(), density, seed)
+    }
+
+    /// The same of any map.
+    pub(crate) fn on(terrain: Terrain, density: f64, seed: u64) -> Self {
         let mut draw = stream(seed, Purpose::Truth, 0);
         let searched: Vec<Cell> = terrain.searched_cells().collect();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of cells")]
@@ -100,11 +104,9 @@ impl Field {
     /// The readings of one observation.
     pub(crate) fn observe(&mut self) -> Vec<Reading> {
         let mut readings = Vec::with_capacity(self.sensor.footprint().len());
-        for observation in self.sensor.footprint() {
-            if let Some(cell) = self.terrain.grid().step(self.robot, observation.offset) {
-                let value = self.sensor.draw(self.truth.is_object(cell), observation, &mut self.noise);
-                readings.push(Reading { cell, value, variance: observation.variance });
-            }
+        for (cell, observation) in self.terrain.in_sight(&self.sensor, self.robot) {
+            let value = self.sensor.draw(self.truth.is_object(cell), observation, &mut self.noise);
+            readings.push(Reading { cell, value, variance: observation.variance });
         }
         readings
     }

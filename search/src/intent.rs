@@ -5,6 +5,7 @@ use std::ops::{Deref, Range};
 use std::sync::Arc;
 
 use crate::cell::{Cell, Grid, Offset, Position};
+use crate::line_of_sight::LineOfSight;
 use crate::sensor::Sensor;
 use crate::terrain::Terrain;
 
@@ -72,6 +73,8 @@ pub struct TeammatePlan {
     pub driven_cells: f64,
     /// Its sensor.
     pub sensor: Arc<Sensor>,
+    /// What walls hide from it.
+    pub line_of_sight: LineOfSight,
     /// Cells that it crosses while this robot crosses one, above 0.
     pub pace: f64,
 }
@@ -104,24 +107,32 @@ impl PlannedPrecision {
     }
 
     /// Adds an observation from every cell of a path.
-    #[expect(clippy::cast_possible_wrap, reason = "a map has fewer than 2^31 cells")]
     pub fn add_path(&mut self, terrain: &Terrain, sensor: &Sensor, path: &[Cell]) {
-        let (grid, radius) = (terrain.grid(), sensor.radius());
+        self.add_seen(terrain.grid(), terrain.line_of_sight(), sensor, path);
+    }
+
+    #[expect(clippy::cast_possible_wrap, reason = "a map has fewer than 2^31 cells")]
+    fn add_seen(&mut self, grid: Grid, line_of_sight: &LineOfSight, sensor: &Sensor, path: &[Cell]) {
+        let radius = sensor.radius();
         let step = |Offset { north, east }| north as isize * grid.columns() as isize + east as isize;
         let steps: Vec<(isize, i64)> =
             sensor.footprint().iter().map(|it| (step(it.offset), it.precision)).collect();
         let is_inside = |at: u32, count: u32| at >= radius && at + radius < count;
         for &from in path {
             let Position { row, column } = grid.position(from);
-            // Far from the edges no cell of the footprint needs to be looked for.
-            if is_inside(row, grid.rows()) && is_inside(column, grid.columns()) {
+            let is_far_from_edges = is_inside(row, grid.rows()) && is_inside(column, grid.columns());
+            let shadows = line_of_sight.shadows(from);
+            // No cell of the footprint needs to be looked for.
+            if is_far_from_edges && shadows.is_none() {
                 for &(step, precision) in &steps {
                     self.precision[from.index().wrapping_add_signed(step)] += precision;
                 }
                 continue;
             }
             for observation in sensor.footprint() {
-                if let Some(cell) = grid.step(from, observation.offset) {
+                if shadows.is_none_or(|shadows| !shadows.hide(observation.offset))
+                    && let Some(cell) = grid.step(from, observation.offset)
+                {
                     self.precision[cell.index()] += observation.precision;
                 }
             }
@@ -130,7 +141,7 @@ impl PlannedPrecision {
 
     /// Adds the observations of a teammate's plan, and keeps the plan for policies that ask when they happen.
     pub fn add_plan(&mut self, terrain: &Terrain, plan: TeammatePlan) {
-        self.add_path(terrain, &plan.sensor, &plan.path);
+        self.add_seen(terrain.grid(), &plan.line_of_sight, &plan.sensor, &plan.path);
         self.plans.push(plan);
     }
 
@@ -277,6 +288,7 @@ mod tests {
             path,
             driven_cells: 0.0,
             sensor: Arc::new(sensor.clone()),
+            line_of_sight: LineOfSight::everywhere(),
             pace,
         }
     }

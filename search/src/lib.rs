@@ -2,7 +2,7 @@
 //!
 //! This crate has no clock, socket, file, thread or unseeded randomness: all inputs are arguments. Reading order:
 //!
-//! 1. [`cell`], [`terrain`], [`shape`], [`generated`]: the map;
+//! 1. [`cell`], [`terrain`], [`line_of_sight`], [`shape`], [`generated`]: the map;
 //! 2. [`sensor`], [`evidence`], [`belief`], [`one_subject`], [`observation`], [`object_position`]: observations and
 //!    what follows from them;
 //! 3. [`utility`], [`utility_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
@@ -11,7 +11,8 @@
 //! 5. [`measures`], [`detection`], [`sweep`], [`seed`]: how a search is measured and reproduced.
 //!
 //! The sensor is radially symmetric: the variance of a reading depends on the distance of its cell alone. [`sensor`]
-//! defines this; [`utility_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`.
+//! defines this; [`utility_gain`], [`intent`] and [`reach`] use it, and so do the features of `dragnet-learn`. Where walls hide
+//! cells there is no reading of them ([`line_of_sight`]).
 //!
 //! To add a policy: write its file in `policy/`, implement [`policy::Policy`], add a variant to [`policy::PolicyName`]
 //! with its name in [`policy::PolicyName::ALL`], and build it in [`policy::build`]. Scenarios, the command line, their
@@ -24,6 +25,7 @@ pub mod detection;
 pub mod evidence;
 pub mod generated;
 pub mod intent;
+pub mod line_of_sight;
 pub mod mark;
 pub mod measures;
 pub mod object_position;

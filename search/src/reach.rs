@@ -85,6 +85,9 @@ impl Reach {
         self.areas += 1;
         let distance = self.distance.entry(sight).or_insert_with(|| vec![OUT_OF_SIGHT; count]);
         let area = connected(terrain, sight, cell, distance);
+        if !sight.flies && !terrain.line_of_sight().is_everywhere() {
+            return observe_in_sight(terrain, sight, &area, &mut self.is_covered);
+        }
         observe_around(self.grid, sight, area, distance);
         for (is_covered, distance) in self.is_covered.iter_mut().zip(distance) {
             *is_covered |= *distance <= sight.radius;
@@ -140,6 +143,24 @@ fn observe_around(grid: Grid, sight: Sight, mut queue: VecDeque<Cell>, distance:
             if farther < distance[beside.index()] {
                 distance[beside.index()] = farther;
                 queue.push_back(beside);
+            }
+        }
+    }
+}
+
+/// What is seen from these cells where walls hide something.
+fn observe_in_sight(terrain: &Terrain, sight: Sight, area: &VecDeque<Cell>, is_covered: &mut [bool]) {
+    let radius = i32::from(sight.radius);
+    for &from in area {
+        let (position, shadows) = (terrain.grid().position(from), terrain.line_of_sight().shadows(from));
+        for north in -radius..=radius {
+            let east = radius - north.abs();
+            for offset in (-east..=east).map(|east| Offset { north, east }) {
+                if shadows.is_none_or(|shadows| !shadows.hide(offset))
+                    && let Some(cell) = terrain.grid().step_from(position, offset)
+                {
+                    is_covered[cell.index()] = true;
+                }
             }
         }
     }
@@ -204,8 +225,7 @@ mod tests {
         (1_u32..9, 1_u32..9).prop_flat_map(|(rows, columns)| {
             let grid = Grid::new(rows, columns).unwrap();
             prop::collection::vec(prop::bool::weighted(0.5), grid.cell_count()).prop_map(move |open| {
-                let ground =
-                    open.into_iter().map(|open| if open { Ground::OPEN } else { Ground::OUT_OF_REACH });
+                let ground = open.into_iter().map(|open| if open { Ground::OPEN } else { Ground::BLOCKED });
                 Terrain::new(grid, 1.0, ground.collect()).unwrap()
             })
         })
@@ -215,8 +235,9 @@ mod tests {
         #[test]
         fn it_is_all_footprints_of_all_paths_in_any_order(
             terrain in terrain(), places in prop::collection::vec(any::<prop::sample::Index>(), 1..4),
-            radius in 1_u32..4, eight in any::<bool>(),
+            radius in 1_u32..4, eight in any::<bool>(), is_opaque in any::<bool>(),
         ) {
+            let terrain = if is_opaque { terrain.with_opaque_walls(radius) } else { terrain };
             let standing: Vec<Cell> = terrain.traversable_cells().collect();
             prop_assume!(!standing.is_empty());
             let connectivity = if eight { Connectivity::Eight } else { Connectivity::Four };
@@ -225,10 +246,8 @@ mod tests {
             let mut seen = vec![false; terrain.grid().cell_count()];
             for &robot in &robots {
                 for &from in ShortestPathTree::from(&terrain, connectivity, robot).reached() {
-                    for observation in sensor.footprint() {
-                        if let Some(cell) = terrain.grid().step(from, observation.offset) {
-                            seen[cell.index()] = true;
-                        }
+                    for (cell, _) in terrain.in_sight(&sensor, from) {
+                        seen[cell.index()] = true;
                     }
                 }
             }

@@ -4,6 +4,8 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::cell::{Cell, Grid, GridSizeError, Offset, Position};
 use crate::evidence::Digest;
+use crate::line_of_sight::LineOfSight;
+use crate::sensor::{FootprintCell, Sensor};
 
 /// The ground of one cell. The two properties are independent: a lake can hold an object that no ground robot
 /// reaches, and the road to the search area holds none.
@@ -26,12 +28,13 @@ impl Ground {
     pub const PASSAGE: Self = Self { traversable: true, searched: false };
 }
 
-/// A map: its grid, the edge of a cell, and the ground of each cell.
+/// A map: its grid, the edge of a cell, the ground of each cell, and which cells walls hide from which.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terrain {
     grid: Grid,
     cell_meters: f64,
     ground: Vec<Ground>,
+    line_of_sight: LineOfSight,
 }
 
 /// Why a terrain is invalid.
@@ -76,7 +79,7 @@ pub enum TerrainError {
 }
 
 impl Terrain {
-    /// A terrain from the ground of each cell, shape `[cells]`, by index.
+    /// A terrain from the ground of each cell, shape `[cells]`, by index. Its walls hide nothing.
     ///
     /// # Errors
     /// If the list does not fit the grid, or the edge is not a positive length.
@@ -87,7 +90,7 @@ impl Terrain {
         if ground.len() != grid.cell_count() {
             return Err(TerrainError::CellCount { given: ground.len(), expected: grid.cell_count() });
         }
-        Ok(Self { grid, cell_meters, ground })
+        Ok(Self { grid, cell_meters, ground, line_of_sight: LineOfSight::everywhere() })
     }
 
     /// Reads a drawing, its first line the northern edge: `.` open, `#` blocked, `~` out of reach (searched, not
@@ -154,7 +157,41 @@ impl Terrain {
         self.ground[cell.index()].searched
     }
 
-    /// XXH3-128 of size, cell edge and ground, by index: different maps have different digests.
+    /// Whether this cell is a wall: no robot and no object can be here.
+    #[must_use]
+    pub fn is_wall(&self, cell: Cell) -> bool {
+        self.ground(cell) == Ground::BLOCKED
+    }
+
+    /// Which cells are hidden from which.
+    #[must_use]
+    pub const fn line_of_sight(&self) -> &LineOfSight {
+        &self.line_of_sight
+    }
+
+    /// The same map with other cells hidden.
+    #[must_use]
+    pub fn with_line_of_sight(self, line_of_sight: LineOfSight) -> Self {
+        Self { line_of_sight, ..self }
+    }
+
+    /// The same map, whose walls hide what is behind them within a radius, cells.
+    #[must_use]
+    pub fn with_opaque_walls(self, radius: u32) -> Self {
+        let line_of_sight = LineOfSight::behind_walls(&self, radius);
+        self.with_line_of_sight(line_of_sight)
+    }
+
+    /// The cells on the map that a sensor on the ground sees from a cell, in the order of its footprint.
+    pub fn in_sight<'a>(
+        &'a self,
+        sensor: &'a Sensor,
+        from: Cell,
+    ) -> impl Iterator<Item = (Cell, &'a FootprintCell)> {
+        self.line_of_sight.seen(self.grid, sensor, from)
+    }
+
+    /// XXH3-128 of size, cell edge and ground, by index: different maps have different digests. What is hidden does not count.
     #[must_use]
     pub fn digest(&self) -> Digest {
         let mut hash = Xxh3::new();
@@ -165,6 +202,13 @@ impl Terrain {
             hash.update(&[u8::from(ground.traversable), u8::from(ground.searched)]);
         }
         Digest(hash.digest128())
+    }
+
+    /// Whether another map differs in what is hidden at most.
+    #[must_use]
+    pub fn is_equal_ground(&self, other: &Self) -> bool {
+        let Self { grid, cell_meters, ground, line_of_sight: _ } = self;
+        (grid, cell_meters, ground) == (&other.grid, &other.cell_meters, &other.ground)
     }
 
     /// Traversable cells, by index.
@@ -187,11 +231,11 @@ impl Terrain {
         terrain
     }
 
-    /// The map of a robot that crosses every cell.
+    /// The map of a robot that crosses every cell, and from which nothing is hidden.
     #[must_use]
     pub fn from_above(&self) -> Self {
         let ground = self.ground.iter().map(|ground| Ground { traversable: true, ..*ground });
-        Self { ground: ground.collect(), ..*self }
+        Self { ground: ground.collect(), line_of_sight: LineOfSight::everywhere(), ..*self }
     }
 
     /// Searched cells, by index.

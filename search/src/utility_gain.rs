@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use crate::cell::{Cell, Grid, Offset};
+use crate::line_of_sight::Shadows;
 use crate::route::ShortestPathTree;
-use crate::sensor::Sensor;
 use crate::situation::Situation;
 use crate::utility::{Row, SATURATION, UtilityTable};
 
@@ -35,6 +35,14 @@ pub(crate) struct Frame {
     grid: Grid,
     radius: usize,
     stride: usize,
+}
+
+/// A cell from which something is hidden.
+pub(crate) struct Limited<'a, S> {
+    pub(crate) from: Cell,
+    pub(crate) shadows: Shadows<'a>,
+    /// Over what is seen from it.
+    pub(crate) sum: S,
 }
 
 impl Frame {
@@ -68,21 +76,27 @@ impl Frame {
         })
     }
 
-    /// The sum of `gain` over the footprint of an observation from each cell of the map, shape `[cells]`; `gain` of a cell
+    /// The sum of `gain` over what is seen in an observation from each cell of the map, shape `[cells]`; `gain` of a cell
     /// of the frame depends on the precision of its reading only, and so is computed once per ring.
     pub(crate) fn sum_over_footprints<C>(
         self,
-        sensor: &Sensor,
+        situation: &Situation<'_>,
         cells: &[C],
         gain: impl Fn(&C, i64) -> f32,
     ) -> Vec<f32> {
         let columns = self.grid.columns() as usize;
         let mut sums = vec![0.0_f32; self.grid.cell_count()];
         let mut ring_gain = vec![0.0_f32; cells.len()];
-        for ring in sensor.rings() {
+        let mut limited = self.limited(situation, 0.0_f32);
+        for ring in situation.sensor.rings() {
             let precision = ring[0].precision;
             for (ring_gain, cell) in ring_gain.iter_mut().zip(cells) {
                 *ring_gain = gain(cell, precision);
+            }
+            for Limited { from, shadows, sum } in &mut limited {
+                for observation in ring.iter().filter(|it| !shadows.hide(it.offset)) {
+                    *sum += ring_gain[self.seen_from(*from, observation.offset)];
+                }
             }
             for observation in ring {
                 for (sums, seen) in sums.chunks_exact_mut(columns).zip(self.rows_at(observation.offset)) {
@@ -92,7 +106,21 @@ impl Frame {
                 }
             }
         }
+        for Limited { from, sum, .. } in limited {
+            sums[from.index()] = sum;
+        }
         sums
+    }
+
+    /// The cells from which something is hidden, each with a sum that is to be taken over the rest.
+    pub(crate) fn limited<'a, S: Clone>(self, situation: &Situation<'a>, sum: S) -> Vec<Limited<'a, S>> {
+        let limited = situation.terrain.line_of_sight().limited(self.grid);
+        limited.map(|(from, shadows)| Limited { from, shadows, sum: sum.clone() }).collect()
+    }
+
+    /// Index of the cell at an offset within the radius from a cell.
+    pub(crate) fn seen_from(self, from: Cell, offset: Offset) -> usize {
+        self.index(from).wrapping_add_signed(self.stride_of(offset))
     }
 
     /// What to add to an index to move by an offset that is within the radius.
@@ -143,11 +171,17 @@ impl<'t> UtilityGain<'t> {
         rows.map(|row| self.cells[row].iter().map(|cell| self.left_in(cell)))
     }
 
-    /// The same of all cells in view from a cell together.
-    pub(crate) fn left_in_view(&self, situation: &Situation<'_>, from: Cell) -> f64 {
-        let from = self.frame.index(from);
-        let in_view = situation.sensor.footprint().iter().map(|it| self.frame.stride_of(it.offset));
-        in_view.map(|step| f64::from(self.left_in(&self.cells[from.wrapping_add_signed(step)]))).sum()
+    /// The same of all cells together that are in view from a cell and not, if there is one, from the cell before.
+    pub(crate) fn left_in_view(&self, situation: &Situation<'_>, before: Option<Cell>, from: Cell) -> f64 {
+        let Situation { terrain, sensor, .. } = situation;
+        let was_seen = |cell: Cell| {
+            before.is_some_and(|before| {
+                let offset = terrain.grid().offset(before, cell);
+                offset.manhattan() <= sensor.radius() && !terrain.line_of_sight().hides(before, offset)
+            })
+        };
+        let new = terrain.in_sight(sensor, from).filter(|&(cell, _)| !was_seen(cell));
+        new.map(|(cell, _)| f64::from(self.left_in(&self.cells[self.frame.index(cell)]))).sum()
     }
 
     fn left_in(&self, cell: &CellGain) -> f32 {
@@ -192,7 +226,7 @@ impl<'t> UtilityGain<'t> {
 
     fn sum_of_rings(&self, situation: &Situation<'_>) -> Vec<f32> {
         let table = self.table;
-        self.frame.sum_over_footprints(situation.sensor, &self.cells, |cell, precision| {
+        self.frame.sum_over_footprints(situation, &self.cells, |cell, precision| {
             if cell.precision < SATURATION {
                 table.utility(cell.row, cell.precision + saturated(precision)) - cell.utility
             } else {

@@ -259,6 +259,7 @@ impl<'a> Mission<'a> {
                 Action::Sensed { cell, readings } => self.sense(index, cell, readings)?,
                 Action::RouteFailed { blocked } => self.tell(index, Event::RouteFailed { blocked })?,
                 Action::Doubted { cells } => self.tell(index, Event::Doubted { cells })?,
+                Action::LineOfSight(seen) => self.tell(index, Event::LineOfSight(seen))?,
                 Action::Located(positions) => self.tell(index, Event::Located(positions))?,
                 Action::Drive(plan) => vehicle.body.follow(&plan.poses),
                 Action::Go(pose) => {

@@ -11,6 +11,7 @@ use dragnet_scenario::{Class, Objects, Scenario, Start};
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::{CellEvidence, Reading};
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
 use dragnet_search::one_subject::{OneSubject, Standing};
@@ -252,10 +253,13 @@ impl World {
     /// Like [`World::sense`], appending to the given lists.
     pub fn sense_into(&mut self, robot: RobotId, readings: &mut Vec<Reading>, found: &mut Vec<Cell>) {
         let sensor = Arc::clone(&self.body(robot).class.sensor);
-        let grid = self.terrain.grid();
-        let from = grid.position(self.body(robot).cell);
-        for footprint_cell in sensor.footprint() {
-            let Some(cell) = grid.step_from(from, footprint_cell.offset) else { continue };
+        let (grid, from) = (self.terrain.grid(), self.body(robot).cell);
+        let line_of_sight = if self.body(robot).class.flies {
+            LineOfSight::everywhere()
+        } else {
+            self.terrain.line_of_sight().clone()
+        };
+        for (cell, footprint_cell) in line_of_sight.seen(grid, &sensor, from) {
             let is_object = self.truth.is_object(cell);
             let value = sensor.draw(is_object, footprint_cell, &mut self.body_mut(robot).noise);
             let reading = Reading { cell, value, variance: footprint_cell.variance };

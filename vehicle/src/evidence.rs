@@ -23,7 +23,7 @@
 
 pub mod account;
 pub mod finds;
-mod sight;
+pub(crate) mod sight;
 pub mod spread;
 
 use std::collections::BTreeSet;

@@ -35,11 +35,13 @@ mod stamp;
 mod standing;
 
 use dragnet_search::cell::Cell;
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
 use crate::camera::Camera;
 use crate::evidence::finds::Find;
+use crate::evidence::sight::Sight;
 use crate::evidence::{EvidenceError, Seen, standing_cell};
 use crate::settings::{Checked, FaultResponse, MeasuredCamera, nanoseconds};
 use crate::tracker::settings::SettingsError as TrackerError;
@@ -88,6 +90,8 @@ pub struct Pilot {
     clock: Clock,
     localization: Localization,
     perception: Perception,
+    /// What the agent was told.
+    told_line_of_sight: LineOfSight,
     driver: Driver,
     leg: Leg,
     route: Route,
@@ -113,7 +117,8 @@ impl Pilot {
         Ok(Self {
             clock: Clock::new(settings.recovery_ns),
             localization: Localization::new(&settings),
-            perception: Perception::new(&settings)?,
+            perception: Perception::new(&settings, Sight::new(&terrain, sensor.radius()))?,
+            told_line_of_sight: LineOfSight::everywhere(),
             driver: Driver::new(&settings.motion, map)?,
             leg: Leg::Idle,
             route: Route::default(),
@@ -138,6 +143,7 @@ impl Pilot {
         if is_now || !is_sensed {
             self.take(self.clock.now_ns(), event, &mut actions);
         }
+        self.tell_line_of_sight(&mut actions);
         if is_now {
             self.notice_silence(now_ns, &mut actions);
             self.sense(now_ns, &mut actions);
@@ -227,7 +233,7 @@ impl Pilot {
             Event::Map(map) => match self.driver.set_map(&map) {
                 Ok(()) => {
                     self.well(&Subject::Map);
-                    self.perception.set_walls(map);
+                    self.perception.set_walls(&self.terrain, map);
                     self.leg = Leg::Idle;
                 }
                 Err(error) => {
@@ -371,17 +377,27 @@ impl Pilot {
             if let Ok((last, seen)) = self.observation(cell, &pose) {
                 self.reported = Some((cell, now_ns));
                 self.doubt(cell, actions);
+                self.tell_line_of_sight(actions);
                 self.tell_positions(actions);
                 let seen = last.into_iter().chain([seen]);
                 actions.extend(seen.map(|seen| Action::Sensed { cell: seen.from, readings: seen.readings }));
             }
         } else if let Some(seen) = self.news(now_ns) {
             self.doubt(cell, actions);
+            self.tell_line_of_sight(actions);
             self.tell_positions(actions);
             actions.push(Action::Sensed { cell: seen.from, readings: seen.readings });
         }
         let outside = self.perception.take_outside();
         actions.extend(outside.iter().map(|place| Action::Tell(diagnostic::outside(place.x, place.y))));
+    }
+
+    /// Tells the agent what is hidden, if that has changed.
+    fn tell_line_of_sight(&mut self, actions: &mut Vec<Action>) {
+        if self.told_line_of_sight != *self.perception.line_of_sight() {
+            self.told_line_of_sight = self.perception.line_of_sight().clone();
+            actions.push(Action::LineOfSight(self.told_line_of_sight.clone()));
+        }
     }
 
     /// Tells the agent of cells to come back to.

@@ -9,6 +9,7 @@ use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::route::ShortestPathTree;
+use dragnet_search::terrain::Terrain;
 
 use super::Agent;
 
@@ -47,9 +48,13 @@ impl Agent {
         self.zones.of(cell) == Some(Zone::NoGo)
     }
 
-    /// The map, the zones or the barred cells have changed.
+    /// The map, the zones, the barred cells or what is hidden have changed.
     pub(super) fn survey(&mut self) {
         self.ground = Arc::clone(&self.config.terrain);
+        if let Some(line_of_sight) = &self.line_of_sight {
+            let terrain = Terrain::clone(&self.ground);
+            self.ground = Arc::new(terrain.with_line_of_sight(line_of_sight.clone()));
+        }
         if !self.zones.is_empty() {
             self.ground = Arc::new(self.zones.on(&self.ground));
         }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use dragnet_files::FileError;
 use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::intent::PlannedPrecision;
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::terrain::{Ground, Terrain};
@@ -34,6 +35,9 @@ struct Header {
     connectivity: u8,
     radius: u32,
     noise_variance: f64,
+    /// The radius within which walls hide what is behind them, cells, if they do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    line_of_sight_radius: Option<u32>,
 }
 
 /// Writes a trajectory; the file appears when it is complete, replacing an older one.
@@ -67,6 +71,7 @@ fn to_bytes(trajectory: &Trajectory) -> Result<Vec<u8>, String> {
         connectivity: if trajectory.connectivity == Connectivity::Four { 4 } else { 8 },
         radius: trajectory.sensor.radius(),
         noise_variance: trajectory.sensor.noise_variance(),
+        line_of_sight_radius: trajectory.terrain.line_of_sight().radius(),
     };
     file::serialize(KIND, &header, &tensors(trajectory))
 }
@@ -122,6 +127,13 @@ fn from_bytes(bytes: &[u8]) -> Result<Trajectory, String> {
         Terrain::new(grid, header.cell_meters, ground.collect()).map_err(|error| error.to_string())?;
     let sensor = Sensor::new(header.radius, header.noise_variance, Noise::Gaussian)
         .map_err(|error| error.to_string())?;
+    let terrain = match header.line_of_sight_radius {
+        Some(radius) if radius == 0 || LineOfSight::is_too_large(grid, radius) => {
+            return Err(format!("line_of_sight_radius {radius}: the map is too large for it, or it is 0"));
+        }
+        Some(radius) => terrain.with_opaque_walls(radius),
+        None => terrain,
+    };
     let reader = Reader { tensors, terrain: &terrain, count: header.decisions };
     let decisions = reader.decisions()?;
     Ok(Trajectory {

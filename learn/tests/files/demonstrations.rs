@@ -106,6 +106,20 @@ fn a_trajectory_comes_back_from_its_file_byte_for_byte() {
 }
 
 #[test]
+fn what_walls_hide_comes_back_from_a_file() {
+    let open = trajectory("path", 7);
+    let terrain = Terrain::clone(&open.terrain).with_opaque_walls(3);
+    assert_ne!(terrain, *open.terrain);
+    let behind_walls = Trajectory { terrain: Arc::new(terrain), ..open };
+    let (_folder, path, file) = written(&behind_walls);
+    assert_eq!(read(&path).unwrap().terrain, behind_walls.terrain);
+    for radius in [0, 1 << 20] {
+        let file = changed(&file, |parts| parts.header["line_of_sight_radius"] = json!(radius));
+        refuse(&path, &file, &format!("line_of_sight_radius {radius}: the map is too large"));
+    }
+}
+
+#[test]
 fn plans_are_written_only_if_there_are_any() {
     let mut trajectory = trajectory("path", 7);
     let has_promises = |trajectory: &Trajectory| {

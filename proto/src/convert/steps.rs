@@ -57,6 +57,7 @@ impl TryFrom<&Step> for wire::Step {
             StepEvent::Event(
                 Event::RouteFailed { .. }
                 | Event::Doubted { .. }
+                | Event::LineOfSight(_)
                 | Event::Located(_)
                 | Event::Came
                 | Event::Commanded(_)

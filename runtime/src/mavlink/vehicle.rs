@@ -194,6 +194,10 @@ impl Vehicle {
                 effects.push(Effect::Report(AgentEvent::Doubted { cells }));
                 return None;
             }
+            PilotAction::LineOfSight(seen) => {
+                effects.push(Effect::Report(AgentEvent::LineOfSight(seen)));
+                return None;
+            }
             PilotAction::Located(positions) => {
                 effects.push(Effect::Report(AgentEvent::Located(positions)));
                 return None;

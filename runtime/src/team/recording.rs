@@ -6,7 +6,9 @@ use std::sync::Arc;
 use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::record::encoder::{self, MessageListener};
-use dragnet_coordinator::record::{Header, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD, Recorder};
+use dragnet_coordinator::record::{
+    Header, LINE_OF_SIGHT, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD, Recorder,
+};
 use dragnet_coordinator::recording::Notice;
 use dragnet_scenario::{Class, Scenario};
 use dragnet_sim::episode::Episode;
@@ -87,6 +89,9 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
     ]);
     if scenario.robots().iter().any(|robot| robot.class.flies) {
         facts.extend(metadata([("flies", of_robots(scenario, |class| class.flies.to_string()))]));
+    }
+    if let Some(radius) = scenario.terrain().line_of_sight().radius() {
+        facts.extend(metadata([(LINE_OF_SIGHT, radius.to_string())]));
     }
     if let Some(earlier) = scenario.earlier() {
         facts.extend(metadata([("continues", earlier.belief.mission.clone())]));

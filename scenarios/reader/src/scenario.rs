@@ -200,6 +200,7 @@ impl Scenario {
                 mission::check_period(key, period, terrain.cell_meters(), class)?;
             }
         }
+        let map = world::with_line_of_sight(map, &file.sensor, &classes)?;
         let robots = robots::robots(&file.robots, &classes, source.folder(), &map)?;
         let network = Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?;
         mission.stagger = mission.stagger.max(network.plan_time());

@@ -31,8 +31,7 @@ impl Decision {
         let mut sum: f64 = each.iter().sum();
         let mut sums = vec![sum];
         for &from in &self.path {
-            for observation in sensor.footprint() {
-                let Some(cell) = terrain.grid().step(from, observation.offset) else { continue };
+            for (cell, observation) in terrain.in_sight(sensor, from) {
                 if !terrain.is_searched(cell) {
                     continue;
                 }

@@ -14,7 +14,8 @@ mod stencil;
 use runs::Kind;
 
 use super::{Decision, LEAST_NATS, Policy, path_length_weight};
-use crate::cell::Cell;
+use crate::cell::{Cell, Offset};
+use crate::line_of_sight::LineOfSight;
 use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
@@ -161,23 +162,25 @@ struct Walk<'w> {
     /// Precision of every cell on the way.
     gains: &'w mut [CellGain],
     frame: Frame,
-    observations: Vec<(isize, i32)>,
+    line_of_sight: &'w LineOfSight,
+    observations: Vec<(Offset, isize, i32)>,
     changed: Vec<(u32, CellGain)>,
     /// Of each cell on the path: changes made before it, and utility of the path up to it.
     path: Vec<(usize, f32)>,
 }
 
 impl<'w> Walk<'w> {
-    fn new(situation: &Situation<'_>, gain: &'w mut UtilityGain<'_>) -> Self {
+    fn new(situation: &Situation<'w>, gain: &'w mut UtilityGain<'_>) -> Self {
         let frame = gain.frame();
         let observations = situation
             .sensor
             .footprint()
             .iter()
-            .map(|observation| (frame.stride_of(observation.offset), saturated(observation.precision)))
+            .map(|it| (it.offset, frame.stride_of(it.offset), saturated(it.precision)))
             .collect();
         let (table, gains) = gain.table_and_cells();
-        Self { table, gains, frame, observations, changed: Vec::new(), path: Vec::new() }
+        let line_of_sight = situation.terrain.line_of_sight();
+        Self { table, gains, frame, line_of_sight, observations, changed: Vec::new(), path: Vec::new() }
     }
 
     /// Utility of the path to the next cell of a depth-first walk; `depth` counts moves from the root, from 1.
@@ -185,16 +188,25 @@ impl<'w> Walk<'w> {
         self.leave_to(depth - 1);
         let before = self.path.last().map_or(0.0, |&(_, utility)| utility);
         let changes = self.changed.len();
-        let utility = before + self.observation(self.frame.index(cell));
+        let from = self.frame.index(cell);
+        let gain = match self.line_of_sight.shadows(cell) {
+            None => self.observation(from, |_| true),
+            Some(shadows) => self.observation(from, |offset| !shadows.hide(offset)),
+        };
+        let utility = before + gain;
         self.path.push((changes, utility));
         utility
     }
 
-    fn observation(&mut self, from: usize) -> f32 {
+    #[inline]
+    fn observation(&mut self, from: usize, is_seen: impl Fn(Offset) -> bool) -> f32 {
         let table = self.table;
         let mut gain = 0.0;
-        for &(offset, precision) in &self.observations {
-            let index = from.wrapping_add_signed(offset);
+        for &(offset, step, precision) in &self.observations {
+            if !is_seen(offset) {
+                continue;
+            }
+            let index = from.wrapping_add_signed(step);
             let cell = &mut self.gains[index];
             if cell.precision >= SATURATION {
                 continue;
@@ -245,6 +257,7 @@ mod tests {
             .cells()
             .map(|cell| if is_open(cell, random.random()) { Ground::OPEN } else { Ground::BLOCKED });
         let terrain = Terrain::new(grid, 1.0, ground.collect()).unwrap();
+        let terrain = if seed.is_multiple_of(2) { terrain.with_opaque_walls(radius) } else { terrain };
         // Long runs of equal cells, as unseen ground has them, and cells like no other.
         let log_odds = grid.cells().map(|_| match random.random_range(0..4) {
             0 => random.random_range(-9.0..9.0),

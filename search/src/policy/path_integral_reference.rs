@@ -72,14 +72,12 @@ impl<'a> PathSum<'a> {
     }
 
     fn observation(&mut self, from: Cell) {
-        for observation in self.situation.sensor.footprint() {
-            if let Some(cell) = self.situation.terrain.grid().step(from, observation.offset) {
-                let added = &mut self.added[cell.index()];
-                if *added == 0 {
-                    self.seen.push(cell);
-                }
-                *added += observation.precision;
+        for (cell, observation) in self.situation.terrain.in_sight(self.situation.sensor, from) {
+            let added = &mut self.added[cell.index()];
+            if *added == 0 {
+                self.seen.push(cell);
             }
+            *added += observation.precision;
         }
     }
 }

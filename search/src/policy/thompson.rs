@@ -26,7 +26,7 @@ use crate::intent::PlannedPrecision;
 use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
-use crate::utility_gain::Frame;
+use crate::utility_gain::{Frame, Limited};
 
 /// Where NATS and GUTS differ.
 pub(super) struct Thompson {
@@ -250,7 +250,12 @@ impl<'a> CandidateLoss<'a> {
     fn first_unseen(&self, candidate: Cell, cells: &[Cell]) -> Option<Sampled> {
         let grid = self.situation.terrain.grid();
         let radius = self.situation.sensor.radius();
-        let unseen = cells.iter().find(|&&cell| grid.manhattan(candidate, cell) > radius)?;
+        let line_of_sight = self.situation.terrain.line_of_sight();
+        let is_unseen = |&&cell: &&Cell| {
+            let offset = grid.offset(candidate, cell);
+            offset.manhattan() > radius || line_of_sight.hides(candidate, offset)
+        };
+        let unseen = cells.iter().find(is_unseen)?;
         self.cells[unseen.index()]
     }
 }
@@ -283,11 +288,22 @@ impl Observed {
             highest_other: all(f64::NEG_INFINITY),
         };
         let mut ring = Ring::nothing(frame);
+        let nothing = [before, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+        let mut limited = frame.limited(situation, nothing);
         for observations in situation.sensor.rings() {
             let precision = 1.0 / f64::from(observations[0].variance);
             for (cell, sampled) in grid.cells().zip(cells) {
                 if let Some(sampled) = sampled {
                     ring.set(frame.index(cell), sampled, precision, norm);
+                }
+            }
+            for Limited { from, shadows, sum: [distance, highest, support, other] } in &mut limited {
+                for observation in observations.iter().filter(|it| !shadows.hide(it.offset)) {
+                    let seen = frame.seen_from(*from, observation.offset);
+                    *distance += ring.change[seen];
+                    *highest = greater(*highest, ring.estimate[seen]);
+                    *support = lesser(*support, ring.support[seen]);
+                    *other = greater(*other, ring.other[seen]);
                 }
             }
             for observation in observations {
@@ -299,6 +315,13 @@ impl Observed {
                     each(&mut observed.highest_other[row], &ring.other[seen], greater);
                 }
             }
+        }
+        for Limited { from, sum: [distance, highest, support, other], .. } in limited {
+            let place = from.index();
+            observed.distance[place] = distance;
+            observed.highest[place] = highest;
+            observed.least_support[place] = support;
+            observed.highest_other[place] = other;
         }
         observed
     }

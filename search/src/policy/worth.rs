@@ -115,17 +115,15 @@ pub(super) fn is_path_informative(situation: &Situation<'_>, path: &[Cell]) -> b
 }
 
 fn observation_information(situation: &Situation<'_>, from: Cell) -> f64 {
-    let (table, grid) = (UtilityTable::information(), situation.terrain.grid());
-    let gain = |(cell, look_precision): (Cell, i64)| {
+    let table = UtilityTable::information();
+    let gain = |cell: Cell, look_precision: i64| {
         let row = table.row(situation.belief.log_odds_nats(cell));
         let planned_precision = situation.planned_precision.precision(cell);
         let at = |precision: i64| f64::from(table.utility(row, saturated(precision)));
         at(planned_precision.saturating_add(look_precision)) - at(planned_precision)
     };
-    let seen = situation.sensor.footprint().iter();
-    seen.filter_map(|observation| Some((grid.step(from, observation.offset)?, observation.precision)))
-        .map(gain)
-        .sum()
+    let seen = situation.terrain.in_sight(situation.sensor, from);
+    seen.map(|(cell, observation)| gain(cell, observation.precision)).sum()
 }
 
 fn highest(

@@ -19,8 +19,9 @@ fn information(case: &Case, from: &[Cell]) -> f64 {
     for cell in case.terrain.searched_cells() {
         let mut precision = 0;
         for &from in from {
-            let distance = grid.manhattan(from, cell);
-            if distance <= case.sensor.radius() {
+            let offset = grid.offset(from, cell);
+            let distance = offset.manhattan();
+            if distance <= case.sensor.radius() && !case.terrain.line_of_sight().hides(from, offset) {
                 precision += dragnet_search::evidence::precision_units(case.sensor.variance(distance));
             }
         }
@@ -93,8 +94,15 @@ fn path_chooses_the_same_where_nobody_looks_at_the_scores() {
         let teammates = [0, 4, waypoints.len()][number % 3];
         let sensor = Arc::new(case.sensor.clone());
         for &waypoint in &waypoints[..teammates] {
-            let (path, sensor) = (vec![waypoint].into(), Arc::clone(&sensor));
-            let plan = TeammatePlan { member: None, cell: None, path, driven_cells: 0.0, sensor, pace: 1.0 };
+            let plan = TeammatePlan {
+                member: None,
+                cell: None,
+                path: vec![waypoint].into(),
+                driven_cells: 0.0,
+                sensor: Arc::clone(&sensor),
+                line_of_sight: case.terrain.line_of_sight().clone(),
+                pace: 1.0,
+            };
             case.planned_precision.add_plan(&case.terrain, plan);
         }
         case.planned_precision.add_shares(&case.terrain, &case.sensor, case.robot);

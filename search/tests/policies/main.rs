@@ -41,6 +41,9 @@ impl Case {
         ground[0] = Ground::OPEN;
         let terrain = Terrain::new(grid, 30.0, ground).unwrap();
         let sensor = Sensor::new(random.random_range(1..4), 0.005, Noise::Gaussian).unwrap();
+        // In a third of the cases walls hide what is behind them.
+        let terrain =
+            if seed.is_multiple_of(3) { terrain.with_opaque_walls(sensor.radius()) } else { terrain };
         let belief = Belief::uniform(&terrain, random.random_range(0.01..0.5)).unwrap();
         let area: Vec<Cell> = terrain.largest_area();
         let robot = area[random.random_range(0..area.len())];

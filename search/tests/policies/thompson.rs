@@ -104,8 +104,9 @@ fn reference(case: &Case, name: PolicyName, seed: u64) -> Vec<(Cell, f64)> {
     for &candidate in routes.candidates() {
         let mut rows = Vec::new();
         for (column, &cell) in cells.iter().enumerate() {
-            let distance = grid.manhattan(candidate, cell);
-            if distance <= case.sensor.radius() {
+            let offset = grid.offset(candidate, cell);
+            let distance = offset.manhattan();
+            if distance <= case.sensor.radius() && !case.terrain.line_of_sight().hides(candidate, offset) {
                 rows.push((column, sample[column], 1.0 / f64::from(case.sensor.variance(distance))));
             }
         }

@@ -12,17 +12,25 @@ use std::collections::BTreeMap;
 
 use dragnet_lattice::costmap::CostMap;
 use dragnet_search::cell::{Cell, Offset};
+use dragnet_search::line_of_sight::is_clear;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 use nalgebra::Vector2;
 
-use super::{sight, spread};
+use super::spread;
 use crate::camera::View;
 
 /// Parts along the side of a cell.
 const SIDE: u32 = 4;
 /// Parts of a cell.
 const PARTS: usize = (SIDE * SIDE) as usize;
+/// Some of the parts of a cell, a bit for each.
+pub(super) type Parts = u16;
+pub(super) const NO_PART: Parts = 0;
+pub(super) const ALL_PARTS: Parts = Parts::MAX;
+const _: () = assert!(Parts::BITS as usize == PARTS);
+/// A part was observed if an object there would have been missed with at most this probability.
+const OBSERVED: f32 = 0.05;
 /// Minimum probability that an object is missed in all frames of one observation, however many: whatever hides it hides
 /// it in all.
 const LEAST_MISSED_IN_AN_OBSERVATION: f32 = 1e-3;
@@ -101,7 +109,7 @@ impl Accounts {
             if is_far || !terrain.is_searched(cell) || self.cells.get(&cell).is_some_and(Account::is_seen) {
                 continue;
             }
-            if !sight::is_clear(terrain, from, offset) {
+            if !is_clear(terrain, from, offset) {
                 continue;
             }
             for (part, point) in parts(middle, terrain.cell_meters()).enumerate() {
@@ -158,6 +166,16 @@ impl Accounts {
     /// Published evidence of a cell's being empty, nats.
     pub(super) fn empty_nats(&self, cell: Cell) -> f64 {
         self.cells.get(&cell).map_or(0.0, |account| account.empty)
+    }
+
+    /// The parts of a cell that were observed; none while it may hold an object, since that has to be looked at again.
+    pub(super) fn observed_parts(&self, cell: Cell) -> Parts {
+        let Some(account) = self.cells.get(&cell).filter(|account| account.empty > 0.0) else {
+            return NO_PART;
+        };
+        let missed = account.missed.before.iter().enumerate();
+        let observed = missed.filter(|&(_, &missed)| missed <= OBSERVED.ln());
+        observed.fold(NO_PART, |observed, (part, _)| observed | 1 << part)
     }
 
     /// Number of cells with an account.
@@ -243,12 +261,12 @@ fn missed(range_share: f64, miss_probability: f64) -> f64 {
     1.0 - (1.0 - miss_probability) * (1.0 - beyond * (1.0 - SHARE_AT_THE_END))
 }
 
-fn pair(point: Vector2<f64>) -> (f64, f64) {
+pub(super) fn pair(point: Vector2<f64>) -> (f64, f64) {
     (point.x, point.y)
 }
 
 /// The centers of a cell's parts.
-fn parts(middle: Vector2<f64>, cell_meters: f64) -> impl Iterator<Item = Vector2<f64>> {
+pub(super) fn parts(middle: Vector2<f64>, cell_meters: f64) -> impl Iterator<Item = Vector2<f64>> {
     let step = cell_meters / f64::from(SIDE);
     let at = move |index: u32| (f64::from(index) + 0.5) * step - cell_meters / 2.0;
     (0..SIDE).flat_map(move |row| (0..SIDE).map(move |column| middle + Vector2::new(at(column), at(row))))

@@ -214,6 +214,40 @@ fn a_wall_thinner_than_a_cell_hides_what_is_behind_it() {
 }
 
 #[test]
+fn a_cell_with_a_wall_in_it_is_looked_at_from_both_sides_and_again_once_it_may_hold_an_object() {
+    let terrain = terrain(OPEN);
+    // Squares of 2.5 m: the wall fills the third quarter of column 6.
+    let grid = Grid::new(36, 36).unwrap();
+    let cost = |square| if grid.position(square).column == 26 { LETHAL } else { 0 };
+    let walls = CostMap::new(grid, 2.5, (0.0, 0.0), grid.cells().map(cost).collect()).unwrap();
+    let mut sight = sight::Sight::new(&terrain, 8);
+    sight.set_walls(&terrain, walls);
+    let [west, split, east] =
+        [4, 6, 8].map(|column| terrain.grid().cell(Position { row: 4, column }).unwrap());
+    let hidden = |sight: &sight::Sight| {
+        let is_hidden = |from| sight.line_of_sight().hides(from, terrain.grid().offset(from, split));
+        [west, east].map(is_hidden)
+    };
+    assert_eq!(hidden(&sight), [false; 2]);
+    let mut accounts = Accounts::default();
+    let cameras = all_around();
+    for _ in 0..10 {
+        for camera in &cameras {
+            for _ in 0..10 {
+                let view = camera.view(&VEHICLE).unwrap();
+                accounts.add(&terrain, sight.walls(), &sensor(), &view, 0.2);
+            }
+        }
+        observation(&terrain, &mut accounts, &[]);
+        sight.note(terrain.grid(), &accounts);
+    }
+    assert_eq!(hidden(&sight), [true, false], "the western half was observed");
+    observation(&terrain, &mut accounts, &tracks(Vector2::new(62.0, 45.0), 60));
+    sight.note(terrain.grid(), &accounts);
+    assert_eq!(hidden(&sight), [false; 2]);
+}
+
+#[test]
 fn walls_hide_and_unsearched_cells_are_not_read() {
     let terrain =
         terrain(&OPEN.replacen(".........\n.........\n.........", ".........\n.........\n....#..,.", 1));

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::object_position::ObjectPosition;
 
 use super::diagnostic::Diagnostic;
@@ -140,6 +141,9 @@ pub enum Action {
         /// The cells.
         cells: Vec<Cell>,
     },
+    /// Report to the agent which cells walls hide from which, or need no other look from there: at first if the mission's map has
+    /// walls, and whenever a map of the vehicle or an observation changes it.
+    LineOfSight(LineOfSight),
     /// Report to the agent positions of objects that this vehicle declares, new or better known than before, by cell. An
     /// observation follows.
     Located(Vec<ObjectPosition>),

@@ -12,6 +12,7 @@ mod window;
 use std::collections::{BTreeMap, BTreeSet};
 
 use dragnet_search::cell::Cell;
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
@@ -23,6 +24,7 @@ use super::{Assigned, CameraDetections, CameraFrame, PoseEstimate, seconds, stam
 use crate::camera::{BoxRefusal, Camera, Detections, TooManyBoxes};
 use crate::evidence::account::Accounts;
 use crate::evidence::finds::{Find, Finds, Vantage};
+use crate::evidence::sight::Sight;
 use crate::evidence::{self, EvidenceError, Seen};
 use crate::settings::Checked;
 use crate::tracker::Tracker;
@@ -48,8 +50,8 @@ pub(super) struct Perception {
     waiting: Waiting,
     finds: Finds,
     accounts: Accounts,
-    /// What hides objects, by the vehicle's own map.
-    walls: Option<CostMap>,
+    /// What hides objects.
+    sight: Sight,
     /// Whether the last observation contained undecided readings.
     has_undecided: bool,
     /// Cells that were last told to be doubted.
@@ -78,7 +80,7 @@ struct Eye {
 }
 
 impl Perception {
-    pub(super) fn new(settings: &Checked) -> Result<Self, TrackerError> {
+    pub(super) fn new(settings: &Checked, sight: Sight) -> Result<Self, TrackerError> {
         let described = settings
             .cameras
             .iter()
@@ -108,7 +110,7 @@ impl Perception {
             max_age_ns: settings.camera_timeout_ns,
             finds: Finds::default(),
             accounts: Accounts::default(),
-            walls: None,
+            sight,
             has_undecided: false,
             doubted: BTreeSet::new(),
             published_std_meters: BTreeMap::new(),
@@ -121,8 +123,12 @@ impl Perception {
     }
 
     /// Replaces the vehicle's own map.
-    pub(super) fn set_walls(&mut self, map: CostMap) {
-        self.walls = Some(map);
+    pub(super) fn set_walls(&mut self, terrain: &Terrain, map: CostMap) {
+        self.sight.set_walls(terrain, map);
+    }
+
+    pub(super) const fn line_of_sight(&self) -> &LineOfSight {
+        self.sight.line_of_sight()
     }
 
     /// Replaces the cells in which the team has declared objects.
@@ -307,7 +313,7 @@ impl Perception {
         eye.fixed.add(head.heading_radians, &detections.bearings_radians);
         eye.false_alarms.add(outcome.born.len(), outcome.confirmed.len());
         let missed = self.tracker_settings.miss_probability;
-        self.accounts.add(terrain, self.walls.as_ref(), sensor, &frame.view, missed);
+        self.accounts.add(terrain, self.sight.walls(), sensor, &frame.view, missed);
         Ok(())
     }
 
@@ -327,6 +333,7 @@ impl Perception {
         let last = left.and_then(|left| self.farewell(terrain, sensor, left, here));
         let seen = evidence::readings(terrain, sensor, vehicle, &mut self.finds, &mut self.accounts)?;
         self.has_undecided = seen.has_undecided();
+        self.sight.note(terrain.grid(), &self.accounts);
         Ok((last, seen))
     }
 
@@ -334,6 +341,7 @@ impl Perception {
     pub(super) fn observe_again(&mut self, terrain: &Terrain, sensor: &Sensor, from: Cell) -> (Seen, bool) {
         self.place_tracks(terrain, sensor, from);
         let seen = evidence::objects(terrain, sensor, from, &mut self.finds, &mut self.accounts);
+        self.sight.note(terrain.grid(), &self.accounts);
         let had_undecided = std::mem::replace(&mut self.has_undecided, seen.has_undecided());
         let is_news = seen.is_evidence() || seen.has_undecided() != had_undecided;
         (seen, is_news)

@@ -115,6 +115,10 @@ pub struct SensorTable {
     /// Distribution of readings: `gaussian` around the truth, or `clipped` to 0..1 as in the released code of NATS.
     #[schemars(extend("enum" = ["gaussian", "clipped"]))]
     pub noise: String,
+    /// Whether walls hide what is behind them from robots on the ground. Walls are cells that are neither traversable nor
+    /// searched. Without it sensors see through them, as in the paper; vehicles with cameras never do.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub line_of_sight: bool,
 }
 
 /// A class of robots. What it does not give is as for all other robots.
@@ -478,6 +482,7 @@ impl Default for SensorTable {
             radius: Sensor::DEFAULT_RADIUS.into(),
             noise_variance: Sensor::DEFAULT_NOISE_VARIANCE,
             noise: "gaussian".to_owned(),
+            line_of_sight: false,
         }
     }
 }

@@ -248,6 +248,25 @@ fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
 }
 
 #[test]
+fn walls_hide_from_robots_on_the_ground_if_the_sensor_needs_a_line_of_sight() {
+    let hides = |line: &str| {
+        let scenario =
+            load_with(&SMALL.replace("radius = 1", &format!("radius = 4\n{line}")), "..#..").unwrap();
+        let grid = scenario.terrain().grid();
+        let [west, east] = [0, 4].map(|number| grid.cell_numbered(number).unwrap());
+        scenario.terrain().line_of_sight().hides(west, grid.offset(west, east))
+    };
+    assert!(hides("line_of_sight = true") && !hides("line_of_sight = false") && !hides(""));
+    let large = "name = 'large'\nmap = { shape = 'all_traversable', rows = 100, columns = 100 }\n\
+                 sensor = { radius = 100, line_of_sight = true }\nobjects.count = 1\n\
+                 mission.budget_seconds = 60.0\n";
+    let error = load(large).unwrap_err();
+    let expected =
+        "line 3: sensor.line_of_sight is true on a map of 10000 cells with a radius of 100; allowed";
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
 fn objects_or_a_mission_out_of_range_name_line_value_and_range() {
     check("count = 1", "", &["line 6: objects is 0 of them", "exactly one of count, density and cells"]);
     check("count = 1", "count = 1\ndensity = 0.1", &["objects is 2 of them"]);

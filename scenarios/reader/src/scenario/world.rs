@@ -1,16 +1,19 @@
 //! The map and the sensor of a scenario.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use dragnet_search::cell::Grid;
 use dragnet_search::evidence::{MAX_VARIANCE, MIN_VARIANCE};
 use dragnet_search::generated::Generated;
+use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::{Noise, Sensor};
 use dragnet_search::shape::Shape;
 use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
+use super::class::Classes;
 use super::error::Fault;
 use super::file::{GeoPointTable, MapTable, SensorTable};
 use crate::map_file::{Areas, GeoPoint, Georeference, MapFile};
@@ -144,6 +147,30 @@ pub(super) fn connectivity(number: i64) -> Result<Connectivity, Invalid> {
         8 => Ok(Connectivity::Eight),
         _ => Err(Invalid::new("map.connectivity", number, "4 or 8")),
     }
+}
+
+/// The map with what walls hide from robots on the ground, if sensors do not see through them.
+pub(super) fn with_line_of_sight(
+    map: Arc<MapFile>,
+    table: &SensorTable,
+    classes: &Classes,
+) -> Result<Arc<MapFile>, Invalid> {
+    if !table.line_of_sight {
+        return Ok(map);
+    }
+    let on_the_ground = classes.all().filter(|class| !class.flies);
+    let radius = on_the_ground.map(|class| class.sensor.radius()).max().unwrap_or(1);
+    let grid = map.terrain.grid();
+    if LineOfSight::is_too_large(grid, radius) {
+        let found = format!("true on a map of {} cells with a radius of {radius}", grid.cell_count());
+        let allowed = format!(
+            "no more than {} pairs of cells within the radius (larger cells, or a shorter radius)",
+            LineOfSight::MAX_PAIRS
+        );
+        return Err(Invalid::new("sensor.line_of_sight", found, allowed));
+    }
+    let terrain = map.terrain.clone().with_opaque_walls(radius);
+    Ok(Arc::new(MapFile { terrain, ..MapFile::clone(&map) }))
 }
 
 /// The sensor of a table at a key.

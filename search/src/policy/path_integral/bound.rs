@@ -7,7 +7,8 @@
 //! `U(path to x) <= B(x) = B(parent of x) + sum over the front of x of (U_c(certain) - U_c(k_c))`
 //!
 //! with `k_c` the precision that teammates plan for cell `c`. A front lies on two diagonals, so its sum takes four numbers
-//! of two tables of sums along diagonals.
+//! of two tables of sums along diagonals. Where walls hide something from `x` or from its parent, what comes into view is added
+//! up cell by cell.
 
 use crate::cell::{Offset, Position};
 use crate::route::{Connectivity, ShortestPathTree};
@@ -95,8 +96,11 @@ pub(super) fn of_paths(
     let mut bounds = vec![0.0; grid.cell_count()];
     for &cell in routes.candidates() {
         let parent = routes.parent(cell);
+        let is_limited = |cell| situation.terrain.line_of_sight().shadows(cell).is_some();
         bounds[cell.index()] = if parent == routes.root() {
-            gain.left_in_view(situation, cell)
+            gain.left_in_view(situation, None, cell)
+        } else if is_limited(parent) || is_limited(cell) {
+            bounds[parent.index()] + gain.left_in_view(situation, Some(parent), cell)
         } else {
             bounds[parent.index()] + diagonals.front(grid.position(cell), grid.offset(parent, cell))
         };
@@ -129,6 +133,7 @@ mod tests {
             .cells()
             .map(|cell| if is_open(cell, random.random()) { Ground::OPEN } else { Ground::BLOCKED });
         let terrain = Terrain::new(grid, 1.0, ground.collect()).unwrap();
+        let terrain = if seed.is_multiple_of(2) { terrain.with_opaque_walls(radius) } else { terrain };
         let log_odds = grid.cells().map(|_| random.random_range(-9.0..9.0)).collect();
         let belief = Belief::from_log_odds(&terrain, log_odds).unwrap();
         let sensor = Sensor::new(radius, 0.005, Noise::Gaussian).unwrap();
@@ -141,7 +146,10 @@ mod tests {
         let bounds = of_paths(&situation, &gain, &routes).unwrap();
 
         let left: Vec<f32> = gain.left().flatten().collect();
-        let is_in_view = |from, cell| grid.manhattan(from, cell) <= radius;
+        let is_in_view = |from, cell| {
+            let offset = grid.offset(from, cell);
+            offset.manhattan() <= radius && !terrain.line_of_sight().hides(from, offset)
+        };
         for &cell in routes.candidates() {
             let parent = routes.parent(cell);
             let (before, is_seen): (f64, &dyn Fn(Cell) -> bool) = if parent == robot {

@@ -2,7 +2,8 @@
 //!
 //! A robot that has driven straight on for two radii leaves the same precision behind wherever it does so, provided that
 //! no earlier part of its path came as near: each cell of the footprint has been observed from the cells behind, as
-//! often as its place in the footprint says. [`super::stencil`] scores these observations, many at once.
+//! often as its place in the footprint says. [`super::stencil`] scores these observations, many at once. A cell from which walls
+//! hide something ends a run.
 
 use crate::cell::{Cell, Grid, Offset, Position};
 use crate::route::{Connectivity, ShortestPathTree};
@@ -81,9 +82,14 @@ pub(super) fn kinds(situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec
     let mut segments = vec![Segment { start: (row, column), before: None }];
     for &cell in routes.candidates() {
         let parent = trails[routes.parent(cell).index()];
-        let trail = follow(parent, step(grid, routes.parent(cell), cell), reach, &mut segments);
-        let is_clear =
-            trail.run == reach && segments[trail.segment as usize].is_behind(trail.position, reach.into());
+        let mut trail = follow(parent, step(grid, routes.parent(cell), cell), reach, &mut segments);
+        let is_limited = situation.terrain.line_of_sight().shadows(cell).is_some();
+        if is_limited {
+            trail.run = 0;
+        }
+        let is_clear = !is_limited
+            && trail.run == reach
+            && segments[trail.segment as usize].is_behind(trail.position, reach.into());
         kinds[cell.index()] = match trail.step {
             Some(step) if is_clear => Kind::Straight(step),
             _ => Kind::Walked,

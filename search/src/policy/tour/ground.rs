@@ -6,6 +6,7 @@ use std::cell::OnceCell;
 use super::hidden;
 use super::planner::PlannedObservation;
 use crate::cell::{Cell, Offset};
+use crate::line_of_sight::LineOfSight;
 use crate::route::{Connectivity, ShortestPathTree};
 use crate::sensor::Sensor;
 use crate::situation::Situation;
@@ -87,7 +88,10 @@ pub(super) struct Ground {
     /// The nearest waypoint, by number.
     waypoint: Vec<u16>,
     spacing: i32,
-    footprint: Vec<FootprintRow>,
+    /// By footprint, with the whole one first: where walls hide something from a cell it has its own.
+    footprints: Vec<Vec<FootprintRow>>,
+    /// By number.
+    footprint: Vec<u16>,
     seen: Seen,
     /// Whether a place of the frame can be seen from one of the cells.
     is_visible: Vec<bool>,
@@ -102,13 +106,14 @@ pub(super) struct Ground {
 pub(super) struct Seen {
     cells: Vec<(Offset, u8)>,
     radius: u32,
+    line_of_sight: LineOfSight,
 }
 
 impl Seen {
-    /// By this sensor.
-    pub(super) fn by(sensor: &Sensor) -> Self {
+    /// By this sensor, but for what walls hide.
+    pub(super) fn by(sensor: &Sensor, line_of_sight: &LineOfSight) -> Self {
         let cells = sensor.footprint().iter().map(|it| (it.offset, hidden::steps(it.precision)));
-        Self { cells: cells.collect(), radius: sensor.radius() }
+        Self { cells: cells.collect(), radius: sensor.radius(), line_of_sight: line_of_sight.clone() }
     }
 }
 
@@ -179,8 +184,9 @@ impl Ground {
             neighbors: Vec::new(),
             waypoint: Vec::new(),
             spacing: 1,
-            footprint: footprint(situation, frame),
-            seen: Seen::by(situation.sensor),
+            footprints: vec![footprint(situation.sensor, frame, |_| true)],
+            footprint: vec![0; cells.len()],
+            seen: Seen::by(situation.sensor, terrain.line_of_sight()),
             is_visible: vec![false; frame.len()],
             paths: (0..cells.len()).map(|_| OnceCell::new()).collect(),
             base: situation.ways_home.map(ShortestPathTree::root),
@@ -193,8 +199,24 @@ impl Ground {
         };
         ground.neighbors = ground.cells.iter().map(|&cell| ground.neighbors_of(cell)).collect();
         ground.thin_out();
+        ground.limit_footprints(situation.sensor);
         ground.is_visible = ground.visible();
         ground
+    }
+
+    /// Leaves out of the footprint of each cell what walls hide from it.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "at most one for each of `MAX_CELLS`, and the whole one"
+    )]
+    fn limit_footprints(&mut self, sensor: &Sensor) {
+        self.footprints.truncate(1);
+        for (&cell, own) in self.cells.iter().zip(&mut self.footprint) {
+            *own = 0;
+            let Some(shadows) = self.terrain.line_of_sight().shadows(cell) else { continue };
+            *own = self.footprints.len() as u16;
+            self.footprints.push(footprint(sensor, self.frame, |offset| !shadows.hide(offset)));
+        }
     }
 
     /// The ground of a situation, and whether it is new: the one that is kept, if it serves, or else a new one, which is
@@ -202,7 +224,9 @@ impl Ground {
     pub(super) fn kept_for<'g>(kept: &'g mut Option<Self>, situation: &Situation<'_>) -> (&'g Self, bool) {
         let known = kept.take().filter(|ground| ground.serves(situation));
         let is_new = known.is_none();
-        (kept.insert(known.unwrap_or_else(|| Self::new(situation))), is_new)
+        let ground = kept.insert(known.unwrap_or_else(|| Self::new(situation)));
+        ground.look_anew(situation);
+        (ground, is_new)
     }
 
     /// Whether it still serves in this situation.
@@ -213,7 +237,17 @@ impl Ground {
             && self.base == situation.ways_home.map(ShortestPathTree::root)
             && self.number(situation.robot).is_some()
             && (self.is_whole || is_near())
-            && self.terrain == *situation.terrain
+            && self.terrain.is_equal_ground(situation.terrain)
+    }
+
+    /// Takes note of what else is hidden now; paths stay the same.
+    fn look_anew(&mut self, situation: &Situation<'_>) {
+        if self.terrain != *situation.terrain {
+            self.terrain = situation.terrain.clone();
+            self.seen = Seen::by(situation.sensor, situation.terrain.line_of_sight());
+            self.limit_footprints(situation.sensor);
+            self.is_visible = self.visible();
+        }
     }
 
     fn neighbors_of(&self, cell: Cell) -> [u16; 8] {
@@ -287,29 +321,32 @@ impl Ground {
     /// at those that follow.
     #[inline]
     pub(super) fn observation(&self, from: u16) -> impl Iterator<Item = (usize, &[u8])> {
+        let rows = &self.footprints[usize::from(self.footprint[usize::from(from)])];
         let from = self.framed(from);
-        self.footprint.iter().map(move |row| (from.wrapping_add_signed(row.offset), row.precision.as_slice()))
+        rows.iter().map(move |row| (from.wrapping_add_signed(row.offset), row.precision.as_slice()))
     }
 
-    /// What a robot observes that is at these rows and columns of the frame at these times, fifths of a cell, and sees
-    /// this. All observations of a cell while the robot passes by count together, at the time of the best of them. Its
+    /// What a robot observes that is in these cells at these times, fifths of a cell, and sees this. All observations of a cell while the robot passes by count together, at the time of the best of them. Its
     /// pace is how many cells it passes in five fifths.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
     pub(super) fn planned(
         &self,
         seen: &Seen,
         pace: f64,
-        steps: impl Iterator<Item = ((i32, i32), u32)>,
+        steps: impl Iterator<Item = (Cell, u32)>,
     ) -> Vec<PlannedObservation> {
         let passing = f64::from(2 * u32::from(DIAGONAL) * (seen.radius + 1)) / pace;
         let passing = passing.min(f64::from(u32::MAX)) as u32;
         // By place: what is planned for it last, and the precision of the best observation.
         let mut last: Vec<Option<(PlannedObservation, u8)>> = vec![None; self.frame_len()];
         let mut planned = Vec::new();
-        for ((row, column), time) in steps {
+        for (cell, time) in steps {
+            let (row, column) = self.frame.relative(&self.terrain, cell);
+            let shadows = seen.line_of_sight.shadows(cell);
             for &(offset, precision) in &seen.cells {
                 let (row, column) = (row + offset.north, column + offset.east);
-                if precision == 0 || !self.frame.holds(row, column) {
+                let is_hidden = shadows.is_some_and(|shadows| shadows.hide(offset));
+                if precision == 0 || is_hidden || !self.frame.holds(row, column) {
                     continue;
                 }
                 let at = self.frame.index(row, column);
@@ -334,11 +371,6 @@ impl Ground {
     /// What the robot itself sees.
     pub(super) const fn seen(&self) -> &Seen {
         &self.seen
-    }
-
-    /// Row and column of any cell of the map, relative to the frame.
-    pub(super) fn place_of(&self, cell: Cell) -> (i32, i32) {
-        self.frame.relative(&self.terrain, cell)
     }
 
     /// Length of a move, fifths of a cell; of one from an unknown cell, that of a straight one.
@@ -468,14 +500,17 @@ fn way_home(situation: &Situation<'_>, cells: &[Cell]) -> Vec<u32> {
         .map_or_else(Vec::new, |ways_home| cells.iter().map(|&cell| fifths(ways_home.length(cell))).collect())
 }
 
-fn footprint(situation: &Situation<'_>, frame: Frame) -> Vec<FootprintRow> {
-    let cells = situation.sensor.footprint();
-    let rows = cells.chunk_by(|a, b| a.offset.north == b.offset.north);
+/// The footprint of a sensor, with nothing where a cell is not seen.
+fn footprint(sensor: &Sensor, frame: Frame, is_seen: impl Fn(Offset) -> bool) -> Vec<FootprintRow> {
+    let rows = sensor.footprint().chunk_by(|a, b| a.offset.north == b.offset.north);
     rows.map(|row| {
         let first = row[0].offset;
         FootprintRow {
             offset: first.north as isize * frame.columns as isize + first.east as isize,
-            precision: row.iter().map(|it| hidden::steps(it.precision)).collect(),
+            precision: row
+                .iter()
+                .map(|it| if is_seen(it.offset) { hidden::steps(it.precision) } else { 0 })
+                .collect(),
         }
     })
     .collect()

@@ -124,7 +124,7 @@ impl HiddenMass {
             cells[frame.index(cell)] = (row, planned);
             mass[cell.index()] = table.hidden(row, planned);
         }
-        let gain = frame.sum_over_footprints(situation.sensor, &cells, |&(row, planned), precision| {
+        let gain = frame.sum_over_footprints(situation, &cells, |&(row, planned), precision| {
             table.hidden(row, planned) - table.hidden(row, planned.saturating_add(steps(precision)))
         });
         Hidden { mass, gain }

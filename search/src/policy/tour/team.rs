@@ -106,9 +106,9 @@ fn of_plan(ground: &Ground, situation: &Situation<'_>, plan: &TeammatePlan) -> V
     let steps = plan.path.iter().map(|&cell| {
         let offset = before.replace(cell).map(|before| grid.offset(before, cell));
         time += Ground::move_length(offset);
-        (ground.place_of(cell), clamped(f64::from(time.saturating_sub(driven)) / plan.pace))
+        (cell, clamped(f64::from(time.saturating_sub(driven)) / plan.pace))
     });
-    ground.planned(&Seen::by(&plan.sensor), plan.pace, steps)
+    ground.planned(&Seen::by(&plan.sensor, &plan.line_of_sight), plan.pace, steps)
 }
 
 /// What a tour observes from where the planner starts.
@@ -119,7 +119,7 @@ fn of_tour(planner: &Planner<'_>, tour: &[Leg]) -> Vec<PlannedObservation> {
         while at != leg.to {
             let step = planner.ground.step(leg.bend, at, leg.to);
             (at, time) = (step.to, time + u32::from(step.length));
-            steps.push((planner.ground.place(at), time));
+            steps.push((planner.ground.cell(at), time));
         }
     }
     planner.ground.planned(planner.ground.seen(), 1.0, steps.into_iter())

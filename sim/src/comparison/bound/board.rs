@@ -90,7 +90,7 @@ impl Board {
             .collect()
         };
         let seen = |&from: &Cell| {
-            let cells = sensor.footprint().iter().filter_map(|observed| grid.step(from, observed.offset));
+            let cells = terrain.in_sight(sensor, from).map(|(cell, _)| cell);
             let mut seen: Vec<u16> = cells.filter_map(|cell| number(&targets, cell)).collect();
             seen.sort_unstable();
             seen

@@ -510,3 +510,24 @@ fn of_cells_that_are_too_narrow_all_are_told_with_the_first() {
         .collect();
     assert_eq!(failed.first(), Some(&&narrow), "{:?}", reported(&actions));
 }
+
+#[test]
+fn the_agent_is_told_what_the_walls_of_a_map_hide_once() {
+    let mut drive = Drive::new(&settings());
+    let told = |actions: &[Action]| {
+        let told = |action: &Action| match action {
+            Action::LineOfSight(line_of_sight) => Some(line_of_sight.clone()),
+            _ => None,
+        };
+        actions.iter().filter_map(told).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&drive.step()), []);
+    let [ref line_of_sight] = told(&drive.tell(Event::Map(walled())))[..] else { panic!("not told once") };
+    let grid = scenario().terrain().grid();
+    let [west, wall, east] = [4, 5, 6].map(|column| cells(&[(2, column)])[0]);
+    assert!(!line_of_sight.hides(west, grid.offset(west, wall)));
+    assert!(line_of_sight.hides(west, grid.offset(west, east)));
+    assert!(line_of_sight.hides(east, grid.offset(east, west)));
+    assert_eq!(told(&drive.tell(Event::Map(walled()))), [], "nothing has changed");
+    assert_eq!(told(&drive.steps(4)), []);
+}
