@@ -64,6 +64,8 @@ pub use event::{
 /// Distance to the center of a run's last cell at which the next run begins, cells: corners are cut by no more, so that
 /// the vehicle keeps to its route's cells.
 const TURNING_SHARE: f64 = 0.25;
+/// How long a vehicle that is to drive may stand, nanoseconds, before its run counts as failed.
+const STUCK_NS: u64 = 30_000_000_000;
 /// Distance from a cell's center at which a vehicle has left it, cells; the border is at one half.
 const LEAVING_SHARE: f64 = 0.75;
 
@@ -94,6 +96,8 @@ pub struct Pilot {
     told_line_of_sight: LineOfSight,
     driver: Driver,
     leg: Leg,
+    /// When the vehicle set out after it last stood, or was last found not to move, if it is to drive.
+    underway_ns: Option<u64>,
     route: Route,
     /// Ends of runs of this route that could not be driven, which the agent does not know yet.
     blocked: Vec<Cell>,
@@ -121,6 +125,7 @@ impl Pilot {
             told_line_of_sight: LineOfSight::everywhere(),
             driver: Driver::new(&settings.motion, map)?,
             leg: Leg::Idle,
+            underway_ns: None,
             route: Route::default(),
             blocked: Vec::new(),
             reported: None,
@@ -486,6 +491,11 @@ impl Pilot {
         if self.localization.silence_ns(now_ns) > self.settings.pose_timeout_ns {
             return;
         }
+        if self.is_stuck(now_ns) {
+            self.underway_ns = Some(now_ns);
+            let why = format!("it has not moved for {} s", seconds(STUCK_NS));
+            self.receive(Report::Failed(why), actions);
+        }
         let is_underway = match self.leg {
             Leg::Driving { target } => {
                 let near_meters = self.terrain.cell_meters() * TURNING_SHARE;
@@ -501,6 +511,7 @@ impl Pilot {
                 Ok((target, action)) => {
                     self.well(&Subject::Path);
                     self.leg = Leg::Driving { target };
+                    self.underway_ns.get_or_insert(now_ns);
                     actions.push(action);
                     return;
                 }
@@ -510,6 +521,15 @@ impl Pilot {
                 return;
             }
         }
+    }
+
+    /// Whether it is to drive and does not, though it could before: something that no map shows is in its way, such as another
+    /// robot that waits for it.
+    fn is_stuck(&self, now_ns: u64) -> bool {
+        let since_ns = self.underway_ns.zip(self.standing.since_ns()).map(|(out, still)| out.max(still));
+        matches!(self.leg, Leg::Driving { .. })
+            && self.settings.on_fault.path == FaultResponse::Continue
+            && since_ns.is_some_and(|since_ns| now_ns.saturating_sub(since_ns) >= STUCK_NS)
     }
 
     /// Whether it is in the last cell of a run, driving to its center.
@@ -562,6 +582,7 @@ impl Pilot {
     fn hold(&mut self, leg: Leg, actions: &mut Vec<Action>) {
         let is_new = !self.leg.is_still();
         self.leg = leg;
+        self.underway_ns = None;
         self.driver.stop();
         if is_new {
             actions.push(Action::Hold);

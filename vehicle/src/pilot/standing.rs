@@ -20,6 +20,8 @@ const SAVED_OBSERVATIONS: u64 = 4;
 pub(super) struct Standing {
     /// Position, meters east and north, and since when.
     place: Option<(Vector2<f64>, u64)>,
+    /// Whether it has ever moved.
+    has_moved: bool,
     /// When it last checked for news.
     checked_ns: u64,
     /// The time up to which its observations are used up, at the rate of entering cells.
@@ -32,13 +34,19 @@ impl Standing {
         let here = fix.pose.position_meters();
         let still_meters = STILL_METERS + STILL_DEVIATIONS * fix.deviation_meters;
         if self.place.is_none_or(|(place, _)| (here - place).norm() > still_meters) {
+            self.has_moved |= self.place.is_some();
             self.place = Some((here, now_ns));
         }
     }
 
     /// The clock was set, or the vehicle is elsewhere: earlier times have no meaning.
     pub(super) fn forget(&mut self, now_ns: u64) {
-        *self = Self { place: None, checked_ns: now_ns, paid_ns: now_ns };
+        *self = Self { place: None, checked_ns: now_ns, paid_ns: now_ns, ..*self };
+    }
+
+    /// Since when a vehicle that has moved before stands in one place.
+    pub(super) fn since_ns(&self) -> Option<u64> {
+        self.place.filter(|_| self.has_moved).map(|(_, since_ns)| since_ns)
     }
 
     /// Whether it has stood for long enough since its last report to check for news. `cell_ns`: the time to cross a

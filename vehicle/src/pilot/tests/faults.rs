@@ -531,3 +531,36 @@ fn the_agent_is_told_what_the_walls_of_a_map_hide_once() {
     assert_eq!(told(&drive.tell(Event::Map(walled()))), [], "nothing has changed");
     assert_eq!(told(&drive.steps(4)), []);
 }
+
+#[test]
+fn a_vehicle_that_no_longer_moves_gives_its_run_up_unless_it_is_to_stop() {
+    for (response, is_given_up) in [(FaultResponse::Continue, true), (FaultResponse::Stop, false)] {
+        let mut drive = under_way(response);
+        let mut stand = |seconds: u64| {
+            let end_ns = drive.now_ns + seconds * SECOND;
+            let mut actions = Vec::new();
+            while drive.now_ns < end_ns {
+                // Whatever it is told to drive.
+                drive.path.clear();
+                actions.extend(drive.step());
+            }
+            actions
+        };
+        assert!(reported(&stand(28)).is_empty(), "it may wait for something that passes");
+        let actions = stand(5);
+        assert_eq!(reported(&actions).contains(&"path Warning".to_owned()), is_given_up, "{actions:?}");
+        if is_given_up {
+            assert!(message(&actions).contains("it has not moved for 30 s"), "{actions:?}");
+        }
+    }
+    // One that has never moved may still be about to start.
+    let mut settings = settings();
+    settings.safety.on_fault.path = FaultResponse::Continue;
+    let mut drive = Drive::new(&settings);
+    drive.step();
+    drive.go(&ROUTE);
+    for _ in 0..400 {
+        drive.path.clear();
+        assert!(reported(&drive.step()).is_empty());
+    }
+}
