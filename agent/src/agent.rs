@@ -645,7 +645,7 @@ impl Agent {
                 self.replica.knowledge().belief(),
                 &self.sightings,
                 &self.blind_spots,
-                (&self.ground, self.config.sensor()),
+                self.config.sensor(),
                 &self.zones,
             );
             let tau = mission.detection_threshold;
@@ -801,7 +801,7 @@ impl Agent {
             self.replica.knowledge().belief(),
             &self.sightings,
             &self.blind_spots,
-            (&self.ground, self.config.sensor()),
+            self.config.sensor(),
             &self.zones,
         );
         let situation = Situation {
@@ -855,10 +855,10 @@ fn planning_belief<'a>(
     belief: &'a Belief,
     sightings: &Sightings,
     blind_spots: &BlindSpots,
-    (ground, sensor): (&Terrain, &Sensor),
+    sensor: &Sensor,
     zones: &Zones,
 ) -> Cow<'a, Belief> {
-    let mut belief = blind_spots.removed_from(sightings.added_to(belief), ground, sensor);
+    let mut belief = blind_spots.removed_from(sightings.added_to(belief), sensor);
     for cell in zones.cells(Zone::Skip) {
         blind_spots::clear(&mut belief, cell);
     }

@@ -10,12 +10,12 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use dragnet_search::belief::Belief;
-use dragnet_search::cell::{Cell, Offset};
+use dragnet_search::cell::Cell;
 use dragnet_search::evidence::Reading;
-use dragnet_search::sensor::{FootprintCell, Sensor};
+use dragnet_search::sensor::Sensor;
 use dragnet_search::terrain::Terrain;
 
-/// Observations without a reading after which a cell is a blind spot, more than the cells that it can be observed from.
+/// Observations without a reading after which a cell is a blind spot, more than the cells from which it can be observed.
 const MORE_OBSERVATIONS: u32 = 8;
 /// Variance of a reading that says next to nothing: a tenth of a nat,
 const FAINT_VARIANCE: f32 = 5.0;
@@ -58,32 +58,14 @@ impl BlindSpots {
     }
 
     /// The belief in which all blind spots are empty.
-    pub(crate) fn removed_from<'a>(
-        &self,
-        mut belief: Cow<'a, Belief>,
-        terrain: &Terrain,
-        sensor: &Sensor,
-    ) -> Cow<'a, Belief> {
-        for (&cell, &missed) in &self.missed {
-            let is_often = |more| more > viewpoints(terrain, sensor, cell);
-            if missed.checked_sub(MORE_OBSERVATIONS).is_some_and(is_often) {
-                clear(&mut belief, cell);
-            }
+    pub(crate) fn removed_from<'a>(&self, mut belief: Cow<'a, Belief>, sensor: &Sensor) -> Cow<'a, Belief> {
+        let most =
+            u32::try_from(sensor.footprint().len()).unwrap_or(u32::MAX).saturating_add(MORE_OBSERVATIONS);
+        for (&cell, _) in self.missed.iter().filter(|&(_, &missed)| missed > most) {
+            clear(&mut belief, cell);
         }
         belief
     }
-}
-
-/// Number of cells that a robot can observe a cell from.
-fn viewpoints(terrain: &Terrain, sensor: &Sensor, cell: Cell) -> u32 {
-    let is_viewpoint = |place: &&FootprintCell| {
-        let Offset { north, east } = place.offset;
-        let from = terrain.grid().step(cell, Offset { north: -north, east: -east });
-        from.is_some_and(|from| {
-            terrain.is_traversable(from) && !terrain.line_of_sight().hides(from, place.offset)
-        })
-    };
-    u32::try_from(sensor.footprint().iter().filter(is_viewpoint).count()).unwrap_or(u32::MAX)
 }
 
 /// Makes a cell empty, so that nobody goes to look at it.
@@ -110,11 +92,11 @@ mod tests {
         let mut blind_spots = BlindSpots::default();
         let mut probability = |readings: &[Reading]| {
             blind_spots.add(&terrain, &sensor, middle, readings);
-            let belief = blind_spots.removed_from(Cow::Borrowed(&belief), &terrain, &sensor);
+            let belief = blind_spots.removed_from(Cow::Borrowed(&belief), &sensor);
             format!("{:.2}", belief.probability(hidden))
         };
-        // There are four cells to observe it from: itself and those beside it on the map.
-        for _ in 0..12 {
+        // There are five cells to observe it from.
+        for _ in 0..13 {
             assert_eq!(probability(&readings), "0.10");
         }
         assert_eq!(probability(&readings), "0.00");

@@ -114,7 +114,7 @@ pub enum Event<M> {
         /// The cells.
         cells: Vec<Cell>,
     },
-    /// A robot's vehicle knows which cells are hidden from which, by its own map too, or need no other look from there.
+    /// A robot's vehicle knows which cells are hidden from which, by its own map too, or need no other observation from there.
     LineOfSight(LineOfSight),
     /// A robot's vehicle knows positions of objects that it declares, of each cell at most one; an observation follows, which
     /// carries them.

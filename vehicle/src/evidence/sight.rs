@@ -2,8 +2,8 @@
 //!
 //! Evidence follows from where the cameras were. A plan only knows the cells that the vehicle will be in, so it takes it to be
 //! in the middle of each. A cell is hidden from there if all of its parts are. One that is seen in part, as it is when a wall
-//! leads through it, is worth a look until these parts were observed: then it counts as hidden from there, and the vehicle has to go
-//! to where it sees the rest. Once the cell may hold an object it is worth any look again.
+//! leads through it, is worth observing until these parts were: then it counts as hidden from there, and the vehicle has to go
+//! to where it sees the rest. Once the cell may hold an object it is worth observing from anywhere again.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ pub(crate) struct Sight {
     in_part: BTreeMap<(Cell, Cell), Parts>,
     /// The parts of such cells that were observed.
     observed: BTreeMap<Cell, Parts>,
-    /// By these walls, and what needs no other look from there.
+    /// By these walls, and what needs no other observation from there.
     hidden: LineOfSight,
 }
 
@@ -76,7 +76,7 @@ impl Sight {
         }
     }
 
-    /// What is hidden, or needs no other look from there.
+    /// What is hidden, or needs no other observation from there.
     pub(crate) const fn line_of_sight(&self) -> &LineOfSight {
         &self.hidden
     }

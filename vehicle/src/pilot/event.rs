@@ -141,7 +141,7 @@ pub enum Action {
         /// The cells.
         cells: Vec<Cell>,
     },
-    /// Report to the agent which cells walls hide from which, or need no other look from there: at first if the mission's map has
+    /// Report to the agent which cells walls hide from which, or need no other observation from there: at first if the mission's map has
     /// walls, and whenever a map of the vehicle or an observation changes it.
     LineOfSight(LineOfSight),
     /// Report to the agent positions of objects that this vehicle declares, new or better known than before, by cell. An
