@@ -25,7 +25,7 @@ impl Vehicle {
     }
 
     /// The position of the object that is declared in a cell, in the frame of the vehicle's network: by this robot's
-    /// cameras, by those of teammates, or uniform in the cell if nobody knows it better.
+    /// cameras, by those of teammates, or uniform in the cell if no robot has located it.
     pub(crate) fn place_of(&self, cell: Cell, positions: &ObjectPositions) -> PlanarEstimate {
         if let Some(find) = self.pilot.find(cell) {
             return self.estimate(find.position_meters, &find.position_covariance);
