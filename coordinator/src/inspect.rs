@@ -10,7 +10,7 @@ use dragnet_proto::message::{Message, MessageKind};
 use dragnet_proto::verdict::Decision;
 use dragnet_ros2::cdr;
 use dragnet_ros2::wire::standard::OccupancyGrid;
-use dragnet_scenario::accuracy;
+use dragnet_scenario::located;
 use dragnet_scenario::map_file::{Earth, Georeference, MapOrigin};
 use dragnet_search::cell::Grid;
 use dragnet_search::object_position::ObjectPositions;
@@ -386,10 +386,8 @@ impl Inspection {
     fn object(&self, cell: u32, position: Option<&DeclaredPosition>) -> String {
         let (Some(position), Some(columns)) = (position, self.columns) else { return self.place(cell) };
         let &DeclaredPosition { east_meters: east, north_meters: north, accuracy_meters } = position;
-        let point = self.frame.map(|frame| frame.point((east, north)).to_string());
-        let point = point.unwrap_or_else(|| format!("{east:.1} m east, {north:.1} m north"));
-        let known = accuracy(accuracy_meters);
-        format!("[{}, {}] at {point} ({known})", cell / columns, cell % columns)
+        let place = located(self.frame.as_ref(), (east, north), accuracy_meters);
+        format!("[{}, {}] at {place}", cell / columns, cell % columns)
     }
 
     fn state(&self) -> String {

@@ -400,6 +400,40 @@ mod tests {
         assert!(narrator.end()[0].ends_with(&format!("objects declared: 1; {advice}")));
     }
 
+    /// A robot and the coordinator, and what both tell.
+    struct Pair {
+        agent: Agent,
+        node: CoordinatorNode,
+        of_robot: Narrator,
+        of_coordinator: Narrator,
+        lines: Vec<String>,
+    }
+
+    impl Pair {
+        fn of(scenario: &Scenario) -> Self {
+            Self {
+                agent: Agent::new(AgentConfig::of_team(scenario, 1).remove(0)),
+                node: team::recording::node(scenario, 1, &Options::default(), Existing::Rejected, None)
+                    .unwrap(),
+                of_robot: Narrator::new(Participant::Robot(RobotId::FIRST), scenario.places()),
+                of_coordinator: Narrator::new(Participant::Coordinator, scenario.places()),
+                lines: Vec::new(),
+            }
+        }
+
+        /// The robot handles an event, and the coordinator what it then says; returns the robot's observations.
+        fn pass(&mut self, now: MissionTime, event: Event<Message>) -> Vec<Arc<Observation>> {
+            let effects = self.agent.handle(now, event).unwrap();
+            self.lines.extend(self.of_robot.lines(&self.agent, &effects));
+            let from = Participant::Robot(RobotId::FIRST);
+            for (_, message) in effects.published {
+                let effects = self.node.handle(now, Event::Received { from, message }).unwrap();
+                self.lines.extend(self.of_coordinator.lines(&self.node, &effects));
+            }
+            effects.kept
+        }
+    }
+
     #[test]
     fn a_mission_is_labeled_with_four_words() {
         let scenario = scenario();
@@ -410,25 +444,12 @@ mod tests {
             cell: from,
             readings: vec![Reading { cell: object, value, variance }],
         };
-        let robot = Participant::Robot(RobotId::FIRST);
-        let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
-        let mut node: CoordinatorNode =
-            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected, None).unwrap();
-        let mut of_robot = Narrator::new(robot, scenario.places());
-        let mut of_coordinator = Narrator::new(Participant::Coordinator, scenario.places());
-        let mut lines = Vec::new();
-        let mut now = MissionTime::START;
+        let mut pair = Pair::of(&scenario);
         // It observes the object, and then an empty cell.
-        for value in [0.5].into_iter().chain([1.0; 10]).chain([0.0; 20]) {
-            now = MissionTime(now.0 + 20_000_000_000);
-            let effects = agent.handle(now, sensed(value)).unwrap();
-            lines.extend(of_robot.lines(&agent, &effects));
-            for (_, message) in effects.published {
-                let effects = node.handle(now, Event::Received { from: robot, message }).unwrap();
-                lines.extend(of_coordinator.lines(&node, &effects));
-            }
+        for (number, value) in (1..).zip([0.5].into_iter().chain([1.0; 10]).chain([0.0; 20])) {
+            pair.pass(MissionTime(number * 20_000_000_000), sensed(value));
         }
-        let lines: Vec<&str> = lines.iter().map(|line| line.split(", in ").next().unwrap()).collect();
+        let lines: Vec<&str> = pair.lines.iter().map(|line| line.split(", in ").next().unwrap()).collect();
         assert!(lines[0].starts_with("decided: 1 cell to [0, "), "{lines:#?}");
         // It rests once the object is found, and again once the cell is known to be empty.
         let expected = [
@@ -455,25 +476,15 @@ mod tests {
         let [from, object] = [2, 3].map(|column| grid.cell(Position { row: 0, column }).unwrap());
         let reading = Reading { cell: object, value: 1.0, variance: scenario.sensor().variance(1) };
         let position = ObjectPosition::new(object, [32.5, 8.0], [0.09, 0.0, 0.04]).unwrap();
-        let robot = Participant::Robot(RobotId::FIRST);
-        let mut agent = Agent::new(AgentConfig::of_team(&scenario, 1).remove(0));
-        let mut node: CoordinatorNode =
-            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected, None).unwrap();
-        let mut of_robot = Narrator::new(robot, scenario.places());
-        let mut of_coordinator = Narrator::new(Participant::Coordinator, scenario.places());
-        let mut lines = Vec::new();
-        agent.handle(MissionTime::START, Event::Located(vec![position])).unwrap();
+        let mut pair = Pair::of(&scenario);
+        pair.agent.handle(MissionTime::START, Event::Located(vec![position])).unwrap();
         for number in 1..12 {
-            let now = MissionTime(number * 20_000_000_000);
-            let effects = agent.handle(now, Event::Sensed { cell: from, readings: vec![reading] }).unwrap();
-            lines.extend(of_robot.lines(&agent, &effects));
-            let carried = effects.kept.iter().map(|observation| observation.positions.len()).sum::<usize>();
+            let sensed = Event::Sensed { cell: from, readings: vec![reading] };
+            let kept = pair.pass(MissionTime(number * 20_000_000_000), sensed);
+            let carried = kept.iter().map(|observation| observation.positions.len()).sum::<usize>();
             assert_eq!(carried, usize::from(number == 1), "the next observation carries it");
-            for (_, message) in effects.published {
-                let effects = node.handle(now, Event::Received { from: robot, message }).unwrap();
-                lines.extend(of_coordinator.lines(&node, &effects));
-            }
         }
+        let lines = pair.lines;
         let place = "an object at [0, 3] at latitude 0.000072, longitude 2.000292 (within 0.8 m with 95 % probability)";
         for said in [format!("found: {place}"), format!("declared: {place}, probability ")] {
             assert_eq!(lines.iter().filter(|line| line.starts_with(&said)).count(), 1, "{said}: {lines:#?}");

@@ -39,6 +39,15 @@ pub struct Offset {
 }
 
 impl Offset {
+    /// All offsets of at most this Manhattan length, south to north, then west to east.
+    pub fn within(radius: u32) -> impl Iterator<Item = Self> {
+        let radius = radius.cast_signed();
+        (-radius..=radius).flat_map(move |north| {
+            let span = radius - north.abs();
+            (-span..=span).map(move |east| Self { north, east })
+        })
+    }
+
     /// `|north| + |east|`.
     #[must_use]
     pub const fn manhattan(self) -> u32 {

@@ -121,20 +121,15 @@ impl PlannedPrecision {
         for &from in path {
             let Position { row, column } = grid.position(from);
             let is_far_from_edges = is_inside(row, grid.rows()) && is_inside(column, grid.columns());
-            let shadows = line_of_sight.shadows(from);
             // No cell of the footprint needs to be looked for.
-            if is_far_from_edges && shadows.is_none() {
+            if is_far_from_edges && line_of_sight.shadows(from).is_none() {
                 for &(step, precision) in &steps {
                     self.precision[from.index().wrapping_add_signed(step)] += precision;
                 }
                 continue;
             }
-            for observation in sensor.footprint() {
-                if shadows.is_none_or(|shadows| !shadows.hide(observation.offset))
-                    && let Some(cell) = grid.step(from, observation.offset)
-                {
-                    self.precision[cell.index()] += observation.precision;
-                }
+            for (cell, observation) in line_of_sight.seen(grid, sensor, from) {
+                self.precision[cell.index()] += observation.precision;
             }
         }
     }

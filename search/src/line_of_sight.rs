@@ -90,13 +90,6 @@ impl LineOfSight {
         mut is_hidden: impl FnMut(Cell, Offset) -> bool,
     ) -> Self {
         let mut hidden = Hidden::nothing(grid, radius);
-        let radius = radius.cast_signed();
-        let diamond: Vec<Offset> = (-radius..=radius)
-            .flat_map(|north| {
-                let east = radius - north.abs();
-                (-east..=east).map(move |east| Offset { north, east })
-            })
-            .collect();
         for from in grid.cells() {
             if !is_from(from) {
                 if let Some(shadows) = self.shadows(from) {
@@ -104,7 +97,7 @@ impl LineOfSight {
                 }
                 continue;
             }
-            for &offset in &diamond {
+            for offset in Offset::within(radius) {
                 if grid.step(from, offset).is_some() && is_hidden(from, offset) {
                     hidden.hide(from, offset);
                 }

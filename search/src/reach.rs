@@ -150,17 +150,13 @@ fn observe_around(grid: Grid, sight: Sight, mut queue: VecDeque<Cell>, distance:
 
 /// What is seen from these cells where walls hide something.
 fn observe_in_sight(terrain: &Terrain, sight: Sight, area: &VecDeque<Cell>, is_covered: &mut [bool]) {
-    let radius = i32::from(sight.radius);
     for &from in area {
         let (position, shadows) = (terrain.grid().position(from), terrain.line_of_sight().shadows(from));
-        for north in -radius..=radius {
-            let east = radius - north.abs();
-            for offset in (-east..=east).map(|east| Offset { north, east }) {
-                if shadows.is_none_or(|shadows| !shadows.hide(offset))
-                    && let Some(cell) = terrain.grid().step_from(position, offset)
-                {
-                    is_covered[cell.index()] = true;
-                }
+        for offset in Offset::within(sight.radius.into()) {
+            if shadows.is_none_or(|shadows| !shadows.hide(offset))
+                && let Some(cell) = terrain.grid().step_from(position, offset)
+            {
+                is_covered[cell.index()] = true;
             }
         }
     }

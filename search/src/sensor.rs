@@ -162,17 +162,11 @@ pub fn variance(noise_variance: f64, distance: u32) -> f32 {
 }
 
 fn footprint(radius: u32, noise_variance: f64) -> Vec<FootprintCell> {
-    let radius = radius.cast_signed();
-    let mut observations = Vec::new();
-    for north in -radius..=radius {
-        let span = radius - north.abs();
-        for east in -span..=span {
-            let offset = Offset { north, east };
-            let variance = variance(noise_variance, offset.manhattan());
-            observations.push(FootprintCell { offset, variance, precision: precision_units(variance) });
-        }
-    }
-    observations
+    let observed = |offset: Offset| {
+        let variance = variance(noise_variance, offset.manhattan());
+        FootprintCell { offset, variance, precision: precision_units(variance) }
+    };
+    Offset::within(radius).map(observed).collect()
 }
 
 #[cfg(test)]

@@ -191,6 +191,13 @@ impl Terrain {
         self.line_of_sight.seen(self.grid, sensor, from)
     }
 
+    /// Whether a sensor on the ground sees a cell from another.
+    #[must_use]
+    pub fn is_in_sight(&self, sensor: &Sensor, from: Cell, cell: Cell) -> bool {
+        let offset = self.grid.offset(from, cell);
+        offset.manhattan() <= sensor.radius() && !self.line_of_sight.hides(from, offset)
+    }
+
     /// XXH3-128 of size, cell edge and ground, by index: different maps have different digests. What is hidden does not count.
     #[must_use]
     pub fn digest(&self) -> Digest {

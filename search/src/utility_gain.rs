@@ -174,12 +174,7 @@ impl<'t> UtilityGain<'t> {
     /// The same of all cells together that are in view from a cell and not, if there is one, from the cell before.
     pub(crate) fn left_in_view(&self, situation: &Situation<'_>, before: Option<Cell>, from: Cell) -> f64 {
         let Situation { terrain, sensor, .. } = situation;
-        let was_seen = |cell: Cell| {
-            before.is_some_and(|before| {
-                let offset = terrain.grid().offset(before, cell);
-                offset.manhattan() <= sensor.radius() && !terrain.line_of_sight().hides(before, offset)
-            })
-        };
+        let was_seen = |cell| before.is_some_and(|before| terrain.is_in_sight(sensor, before, cell));
         let new = terrain.in_sight(sensor, from).filter(|&(cell, _)| !was_seen(cell));
         new.map(|(cell, _)| f64::from(self.left_in(&self.cells[self.frame.index(cell)]))).sum()
     }

@@ -6,9 +6,10 @@ use dragnet_agent::agent::Agent;
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::{Cell, Position};
 use dragnet_search::policy::PolicyName;
-use dragnet_sim::episode::{self, Episode};
-use dragnet_sim::participants::LocalParticipants;
-use dragnet_sim::simulation::{End, Membership, Rules};
+
+mod resting;
+
+use resting::search;
 
 /// Two rooms, each with a door, and a cell without one.
 const MAP: &str = "\
@@ -35,14 +36,6 @@ fn scenario(rest: &str) -> Scenario {
          [robots]\nstart = [0, 0]\n{rest}"
     );
     Scenario::from_text(&folder.path().join("house.toml"), text).unwrap()
-}
-
-fn search(scenario: &Scenario, seed: u64) -> (Episode, Vec<Agent>) {
-    let rules = Rules { end: End::Resting, coordinator: Membership::Absent };
-    let mut robots = episode::team(scenario, seed, Agent::new);
-    let mut participants = LocalParticipants::new(&mut robots, None);
-    let episode = episode::run_with(scenario, seed, rules, &mut participants, &mut |_, _| ()).unwrap();
-    (episode, robots)
 }
 
 fn found(scenario: &Scenario, robot: &Agent) -> Vec<(u32, u32)> {

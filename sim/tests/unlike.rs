@@ -2,13 +2,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use dragnet_agent::agent::Agent;
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::Position;
 use dragnet_search::policy::PolicyName;
-use dragnet_sim::episode::{self, Episode};
-use dragnet_sim::participants::LocalParticipants;
-use dragnet_sim::simulation::{End, Membership, Rules};
+
+mod resting;
+
+use resting::search;
 
 /// A yard behind walls that a rover's sensor does not see into, with an object in its middle.
 const MAP: &str = "\
@@ -37,14 +37,6 @@ fn scenario(rest: &str) -> Scenario {
 
 const DRONE: &str = "robot = [{ number = 2, class = 'drone' }]\n[classes.drone]\nflies = true\n\
                      speed_meters_per_second = 6.0\nsensor = { radius = 3, noise_variance = 0.01 }\n";
-
-fn search(scenario: &Scenario, seed: u64) -> (Episode, Vec<Agent>) {
-    let rules = Rules { end: End::Resting, coordinator: Membership::Absent };
-    let mut robots = episode::team(scenario, seed, Agent::new);
-    let mut participants = LocalParticipants::new(&mut robots, None);
-    let episode = episode::run_with(scenario, seed, rules, &mut participants, &mut |_, _| ()).unwrap();
-    (episode, robots)
-}
 
 #[test]
 fn a_drone_finds_what_rovers_cannot_reach_and_everybody_believes_it() {

@@ -252,8 +252,8 @@ impl Encoder {
     fn places_on_earth(&self) -> Option<GeoJson> {
         let feature = |&(cell, _): &(Cell, u64)| {
             let position = self.positions.of(cell);
-            let point = position.map_or_else(|| self.places.center(cell), |it| self.places.point(it));
-            let GeoPoint { longitude_degrees, latitude_degrees } = point?;
+            let GeoPoint { longitude_degrees, latitude_degrees } =
+                self.places.object_point(cell, position)?;
             let known = position
                 .map_or_else(String::new, |position| format!(", {}", accuracy(position.accuracy_meters())));
             Some(json!({

@@ -299,7 +299,7 @@ impl Picture {
                 how: "m-f",
                 time_unix_ns,
                 stale: LASTING,
-                point: position.map_or_else(|| self.places.center(find.cell), |it| self.places.point(it))?,
+                point: self.places.object_point(find.cell, position)?,
                 error_meters: Some(
                     position.map_or_else(|| self.error_meters(), ObjectPosition::accuracy_meters),
                 ),

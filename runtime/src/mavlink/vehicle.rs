@@ -181,27 +181,19 @@ impl Vehicle {
     }
 
     fn of_pilot(&self, action: PilotAction, effects: &mut Vec<Effect>) -> Option<Step> {
+        let mut report = |event| {
+            effects.push(Effect::Report(event));
+            None
+        };
         let event = match action {
             PilotAction::Sensed { cell, readings } => {
                 effects.push(Effect::Sensed { cell, readings });
                 return None;
             }
-            PilotAction::RouteFailed { blocked } => {
-                effects.push(Effect::Report(AgentEvent::RouteFailed { blocked }));
-                return None;
-            }
-            PilotAction::Doubted { cells } => {
-                effects.push(Effect::Report(AgentEvent::Doubted { cells }));
-                return None;
-            }
-            PilotAction::LineOfSight(seen) => {
-                effects.push(Effect::Report(AgentEvent::LineOfSight(seen)));
-                return None;
-            }
-            PilotAction::Located(positions) => {
-                effects.push(Effect::Report(AgentEvent::Located(positions)));
-                return None;
-            }
+            PilotAction::RouteFailed { blocked } => return report(AgentEvent::RouteFailed { blocked }),
+            PilotAction::Doubted { cells } => return report(AgentEvent::Doubted { cells }),
+            PilotAction::LineOfSight(seen) => return report(AgentEvent::LineOfSight(seen)),
+            PilotAction::Located(positions) => return report(AgentEvent::Located(positions)),
             PilotAction::Go(pose) => AutopilotEvent::Go(self.frame.target(&pose)),
             // Settings of the lattice are refused beside an autopilot; the end of its path is what remains of it.
             PilotAction::Drive(plan) => AutopilotEvent::Go(self.frame.target(plan.poses.last()?)),

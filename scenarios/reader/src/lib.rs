@@ -19,7 +19,7 @@ pub mod shipped;
 pub mod time;
 pub mod toml_text;
 
-pub use places::{Places, accuracy};
+pub use places::{Places, accuracy, located};
 pub use scenario::{
     Budget, Class, Drawn, EarlierBelief, Invalid, Mission, Network, Objects, Partition, Policy,
     PolicyTextError, Reason, Recording, Robot, Scenario, ScenarioError, Source, Start, Warning, file,

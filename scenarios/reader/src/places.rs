@@ -55,16 +55,15 @@ impl Places {
     #[must_use]
     pub fn object(&self, cell: Cell, position: Option<&ObjectPosition>) -> String {
         let Some(position) = position else { return self.on_earth(cell) };
-        let (east, north) = position.meters();
-        let point = self.point(position).map(|point| point.to_string());
-        let place = point.unwrap_or_else(|| format!("{east:.1} m east, {north:.1} m north"));
-        format!("{} at {place} ({})", self.cell(cell), accuracy(position.accuracy_meters()))
+        let place = located(self.frame.as_ref(), position.meters(), position.accuracy_meters());
+        format!("{} at {place}", self.cell(cell))
     }
 
-    /// Where on the earth an object is, if that is known.
+    /// Where on the earth the object of a cell is, if the map is: at its position if that is known, otherwise in the center
+    /// of the cell.
     #[must_use]
-    pub fn point(&self, position: &ObjectPosition) -> Option<GeoPoint> {
-        Some(self.frame?.point(position.meters()))
+    pub fn object_point(&self, cell: Cell, position: Option<&ObjectPosition>) -> Option<GeoPoint> {
+        position.map_or_else(|| self.center(cell), |position| Some(self.frame?.point(position.meters())))
     }
 
     /// A number of cells in meters.
@@ -94,6 +93,17 @@ impl Places {
         let meters = [column, row].map(|at| (f64::from(at) + 0.5) * self.cell_meters);
         Some(self.frame?.point(meters.into()))
     }
+}
+
+/// A position as people read it, meters east and north of the map's south-western corner, with its accuracy: on the earth if the
+/// map is.
+#[must_use]
+pub fn located(frame: Option<&Georeference>, (east, north): (f64, f64), accuracy_meters: f64) -> String {
+    let place = match frame {
+        Some(frame) => frame.point((east, north)).to_string(),
+        None => format!("{east:.1} m east, {north:.1} m north"),
+    };
+    format!("{place} ({})", accuracy(accuracy_meters))
 }
 
 /// How well a position is known, as people read it, by [`ObjectPosition::accuracy_meters`]: rounded up to

@@ -248,14 +248,8 @@ impl<'a> CandidateLoss<'a> {
 
     /// The first of these cells that an observation from the candidate does not cover.
     fn first_unseen(&self, candidate: Cell, cells: &[Cell]) -> Option<Sampled> {
-        let grid = self.situation.terrain.grid();
-        let radius = self.situation.sensor.radius();
-        let line_of_sight = self.situation.terrain.line_of_sight();
-        let is_unseen = |&&cell: &&Cell| {
-            let offset = grid.offset(candidate, cell);
-            offset.manhattan() > radius || line_of_sight.hides(candidate, offset)
-        };
-        let unseen = cells.iter().find(is_unseen)?;
+        let Situation { terrain, sensor, .. } = self.situation;
+        let unseen = cells.iter().find(|&&cell| !terrain.is_in_sight(sensor, candidate, cell))?;
         self.cells[unseen.index()]
     }
 }

@@ -101,7 +101,7 @@ impl Accounts {
         let camera_meters = view.camera().position_meters();
         let Some(from) = spread::cell_at(terrain, camera_meters) else { return };
         let half_diagonal = terrain.cell_meters() / std::f64::consts::SQRT_2;
-        for offset in offsets(sensor.radius() + 1) {
+        for offset in Offset::within(sensor.radius() + 1) {
             let Some(cell) = terrain.grid().step(from, offset) else { continue };
             let (east, north) = terrain.center_meters(cell);
             let middle = Vector2::new(east, north);
@@ -270,15 +270,6 @@ pub(super) fn parts(middle: Vector2<f64>, cell_meters: f64) -> impl Iterator<Ite
     let step = cell_meters / f64::from(SIDE);
     let at = move |index: u32| (f64::from(index) + 0.5) * step - cell_meters / 2.0;
     (0..SIDE).flat_map(move |row| (0..SIDE).map(move |column| middle + Vector2::new(at(column), at(row))))
-}
-
-/// All offsets of at most this Manhattan length, cells.
-fn offsets(reach: u32) -> impl Iterator<Item = Offset> {
-    let reach = reach.cast_signed();
-    (-reach..=reach).flat_map(move |north| {
-        let span = reach - north.abs();
-        (-span..=span).map(move |east| Offset { north, east })
-    })
 }
 
 #[cfg(test)]

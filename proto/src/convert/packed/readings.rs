@@ -149,11 +149,8 @@ fn numbers(from: &mut Reader<'_>, count: usize) -> Result<Vec<f32>, PackedError>
 
 /// The cells of the map within a radius, in the order of [`Sensor::footprint`].
 fn footprint(grid: Grid, center: Cell, radius: u32) -> impl Iterator<Item = Cell> {
-    let (radius, position) = (radius.cast_signed(), grid.position(center));
-    (-radius..=radius).flat_map(move |north| {
-        let span = radius - north.abs();
-        (-span..=span).filter_map(move |east| grid.step_from(position, Offset { north, east }))
-    })
+    let position = grid.position(center);
+    Offset::within(radius).filter_map(move |offset| grid.step_from(position, offset))
 }
 
 /// The radius if these are all cells of the map within one.

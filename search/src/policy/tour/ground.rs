@@ -242,7 +242,7 @@ impl Ground {
 
     /// Takes note of what else is hidden now; paths stay the same.
     fn look_anew(&mut self, situation: &Situation<'_>) {
-        if self.terrain != *situation.terrain {
+        if self.terrain.line_of_sight() != situation.terrain.line_of_sight() {
             self.terrain = situation.terrain.clone();
             self.seen = Seen::by(situation.sensor, situation.terrain.line_of_sight());
             self.limit_footprints(situation.sensor);
