@@ -23,8 +23,12 @@ pub(crate) fn keep(command: &Command) {
         // A terminal that is closed while a robot searches takes no more lines, which is no reason to stop.
         .log_internal_errors(false)
         .with_writer(|| Lines);
-    let refusals = command.serves().then(dragnet_runtime::refusals::layer);
-    tracing_subscriber::registry().with(lines.with_filter(filter)).with(refusals).init();
+    // No `Option`: without a filter of its own, a layer that is absent takes part in every event and span of all libraries.
+    let mut layers = vec![lines.with_filter(filter).boxed()];
+    if command.serves() {
+        layers.push(dragnet_runtime::refusals::layer().boxed());
+    }
+    tracing_subscriber::registry().with(layers).init();
 }
 
 /// stderr, written in whole lines: libraries add the place in their source that failed.

@@ -9,6 +9,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Instant;
 
 use tracing::field::{Field, Visit};
+use tracing::subscriber::Interest;
 use tracing::{Event, Level, Metadata, Subscriber};
 use tracing_subscriber::layer::{Context, Filter, Layer};
 use tracing_subscriber::registry::LookupSpan;
@@ -35,15 +36,26 @@ pub fn layer<S: Subscriber + for<'a> LookupSpan<'a>>() -> impl Layer<S> {
 /// Events that can be rejections.
 struct Listened;
 
-impl<S> Filter<S> for Listened {
-    fn enabled(&self, metadata: &Metadata<'_>, _: &Context<'_, S>) -> bool {
+impl Listened {
+    fn includes(metadata: &Metadata<'_>) -> bool {
         let most = match metadata.target() {
             target if target.starts_with(TLS) => Level::WARN,
             CALLS => Level::DEBUG,
             ACCESS => Level::TRACE,
             _ => return false,
         };
-        *metadata.level() <= most
+        metadata.is_event() && *metadata.level() <= most
+    }
+}
+
+impl<S> Filter<S> for Listened {
+    fn enabled(&self, metadata: &Metadata<'_>, _: &Context<'_, S>) -> bool {
+        Self::includes(metadata)
+    }
+
+    /// Asked once for each place that logs: Zenoh has many that trace each message.
+    fn callsite_enabled(&self, metadata: &'static Metadata<'static>) -> Interest {
+        if Self::includes(metadata) { Interest::always() } else { Interest::never() }
     }
 }
 

@@ -261,6 +261,9 @@ fn private() -> Result<Config, zenoh::Error> {
     config.insert_json5("scouting/multicast/enabled", "false")?;
     config.insert_json5("scouting/gossip/enabled", "false")?;
     config.insert_json5("listen/exit_on_failure", "true")?;
+    // Participants wait for each other's tokens. Zenoh 1.10 would also wait for half a second, in vain, whenever the declarations
+    // of a peer arrive before it has noted that it is connected to this peer.
+    config.insert_json5("open/return_conditions/declares", "false")?;
     Ok(config)
 }
 
