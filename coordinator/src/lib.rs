@@ -1,6 +1,6 @@
 //! The coordinator: declares finds, tracks which robots are alive, and records the mission.
 //!
-//! - [`mission`]: the state machine, made of [`declaration`], [`liveness`], [`track`] and [`ending`];
+//! - [`mission`]: the state machine, made of [`declaration`], [`liveness`], [`track`], [`standstill`] and [`ending`];
 //! - [`record`]: the recording, an MCAP file that ROS 2 tools and viewers read; [`record::encoder`]: its messages, which
 //!   viewers of a running mission get too; [`recording`]: recording that tolerates a full disk;
 //! - [`inspect`], [`recover`]: inspection and repair of recordings;
@@ -27,6 +27,7 @@ pub mod record;
 pub mod recording;
 pub mod recover;
 pub mod segment;
+pub mod standstill;
 pub mod track;
 pub mod visits;
 

@@ -22,7 +22,7 @@ use dragnet_proto::orders::RobotOrders;
 use dragnet_proto::picture::Picture;
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
-use dragnet_proto::state_machine::{Effects, Event};
+use dragnet_proto::state_machine::{Effects, Event, Standstill};
 use dragnet_proto::validation::Limits;
 use dragnet_proto::zones::Zones;
 use dragnet_scenario::Scenario;
@@ -40,6 +40,7 @@ use crate::declaration::{Dated, Declarations};
 use crate::ending::Resting;
 use crate::finds::{Find, finds};
 use crate::liveness::{Liveness, Presence};
+use crate::standstill::Standstills;
 use crate::track::{Track, Tracks};
 
 /// The configuration of the coordinator.
@@ -57,6 +58,8 @@ pub struct CoordinatorConfig {
     pub limits: Limits,
     /// The team.
     pub robots: Vec<RobotId>,
+    /// The speed of each robot, by [`RobotId::index`]; it is not known of robots beyond these.
+    pub speeds_meters_per_second: Vec<f64>,
     /// Period of the mission's status, above 0; an unanswered request to a robot is repeated after half of it.
     pub heartbeat: Duration,
     /// A robot that is silent for longer is lost.
@@ -81,6 +84,11 @@ impl CoordinatorConfig {
             one_subject: scenario.one_subject(),
             detection_threshold: mission.detection_threshold,
             robots,
+            speeds_meters_per_second: scenario
+                .robots()
+                .iter()
+                .map(|robot| robot.class.speed_meters_per_second)
+                .collect(),
             heartbeat: mission.heartbeat,
             lost_after: mission.lost_after,
             belief_period: scenario.recording().belief_period,
@@ -145,6 +153,7 @@ pub struct Mission {
     declarations: Declarations,
     liveness: Liveness,
     tracks: Tracks,
+    standstills: Standstills,
     resting: Resting,
     /// Whether the operator ends the mission without waiting for robots.
     ends_now: bool,
@@ -187,6 +196,7 @@ impl Mission {
             declarations,
             liveness: Liveness::new(config.robots.iter().copied(), config.lost_after),
             tracks: Tracks::default(),
+            standstills: Standstills::new(config.terrain.cell_meters(), &config.speeds_meters_per_second),
             resting: Resting::default(),
             ends_now: false,
             saw_return: false,
@@ -337,6 +347,11 @@ impl Mission {
         self.tracks.robots()
     }
 
+    /// Robots that have been under way for long without entering a cell, by number.
+    pub fn standstills(&self) -> impl Iterator<Item = Standstill> + '_ {
+        self.standstills.iter()
+    }
+
     /// The mission's status.
     #[must_use]
     pub fn status(&self, now: MissionTime) -> MissionStatus {
@@ -382,6 +397,7 @@ impl Mission {
                 self.plan(now, &heartbeat.intent, outcome);
                 self.learn(now, &heartbeat.directive, outcome);
                 self.watch_return(heartbeat);
+                self.standstills.beat(now, heartbeat);
             }
             Message::Verdicts(report) => outcome.records.push(Record::Verdicts(report.clone())),
             Message::Marks(report) => outcome.records.push(Record::Marks(report.clone())),

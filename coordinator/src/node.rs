@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dragnet_proto::message::Message;
-use dragnet_proto::state_machine::{Effects, Event, ParticipantError, StateMachine};
+use dragnet_proto::state_machine::{Effects, Event, ParticipantError, Standstill, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -178,6 +178,10 @@ impl StateMachine for CoordinatorNode {
 
     fn awaited(&self) -> Option<Vec<RobotId>> {
         self.mission.awaited()
+    }
+
+    fn standstills(&self) -> Vec<Standstill> {
+        self.mission.standstills().collect()
     }
 
     fn digest(&self) -> Digest {

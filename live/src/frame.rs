@@ -176,6 +176,8 @@ pub struct RobotFrame {
     pub order: &'static str,
     /// Whether several processes have its number.
     pub is_doubled: bool,
+    /// For how long it has entered no cell although it drives, seconds, if that is longer than usual.
+    pub stands_for: Option<u64>,
     /// Its cell's number; unknown before its first message.
     pub cell: Option<u32>,
     /// Cells entered since the last frame, or the last ones in a whole frame.
@@ -471,6 +473,7 @@ fn robots(view: &View, shown: &mut BTreeMap<RobotId, u64>) -> Vec<RobotFrame> {
             state,
             order: order_word(view.orders().current(robot)),
             is_doubled: status.is_some_and(|status| status.doubled.contains(&robot)),
+            stands_for: view.stands_for(robot, state).map(|lasts| lasts.as_secs()),
             cell: track.pose.map(|(cell, _)| cell.number()),
             trail: numbers(&mut walk.trail.iter().skip(walk.trail.len() - new).copied()),
             plan: numbers(&mut track.plan.iter().flat_map(|plan| plan.path.iter().copied())),

@@ -13,6 +13,7 @@ use dragnet_coordinator::finds::Finders;
 use dragnet_coordinator::fold::{Change, MissionFold};
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::segment::{SegmentRow, Segments};
+use dragnet_coordinator::standstill::Standstills;
 use dragnet_coordinator::track::Track;
 use dragnet_proto::message::{Activity, Detection, Heartbeat, MissionStatus};
 use dragnet_proto::orders::RobotOrder;
@@ -122,6 +123,7 @@ pub struct View {
     marks: u64,
     orders: Orders,
     resting: Resting,
+    standstills: Standstills,
     /// Arrival times of messages, in the last [`MESSAGE_SPAN`].
     received: VecDeque<MissionTime>,
 }
@@ -173,6 +175,13 @@ pub enum State {
     Leaving,
 }
 
+impl State {
+    /// Whether it follows a plan.
+    const fn is_under_way(self) -> bool {
+        matches!(self, Self::Searching | Self::Returning | Self::Recalled | Self::Sent | Self::Leaving)
+    }
+}
+
 impl View {
     /// A mission that has not started.
     #[must_use]
@@ -191,6 +200,7 @@ impl View {
             marks: 0,
             orders: Orders::default(),
             resting: Resting::default(),
+            standstills: Standstills::new(about.terrain.cell_meters(), &about.speeds_meters_per_second),
             received: VecDeque::new(),
             reach: (!about.sights.is_empty()).then(|| Reach::unknown(about.terrain.grid())),
             fold,
@@ -234,6 +244,7 @@ impl View {
             Record::Intent(_) => self.received.push_back(self.now),
             Record::Heartbeat(heartbeat) => {
                 self.resting.beat(heartbeat);
+                self.standstills.beat(self.now, heartbeat);
                 self.receive(heartbeat);
             }
             Record::Status(_) | Record::Verdicts(_) | Record::Marks(_) => self.plot(),
@@ -450,16 +461,19 @@ impl View {
         })
     }
 
+    /// For how long a robot that drives has entered no cell, if that is longer than usual.
+    #[must_use]
+    pub fn stands_for(&self, robot: RobotId, state: State) -> Option<Duration> {
+        let standstill = self.standstills.of(robot).filter(|_| state.is_under_way());
+        standstill.map(|standstill| standstill.lasts)
+    }
+
     /// When a robot is expected in each cell of its plan, seconds of mission time; empty if its speed is unknown, or it does
     /// not drive.
     #[must_use]
     pub fn expected_seconds(&self, robot: RobotId, track: &Track, state: State) -> Vec<u64> {
         let speed = self.about.speeds_meters_per_second.get(robot.index());
-        let drives = matches!(
-            state,
-            State::Searching | State::Returning | State::Recalled | State::Sent | State::Leaving
-        );
-        let Some(speed) = speed.filter(|_| drives) else { return Vec::new() };
+        let Some(speed) = speed.filter(|_| state.is_under_way()) else { return Vec::new() };
         let terrain = self.terrain();
         let expected = track.expected(self.now, terrain.grid(), speed / terrain.cell_meters());
         expected.into_iter().map(|(_, time)| time.0 / 1_000_000_000).collect()
@@ -493,5 +507,48 @@ impl View {
 
     pub(crate) fn curve(&self) -> &[[f64; 3]] {
         self.curve.points()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use dragnet_proto::directive::Directive;
+    use dragnet_proto::message::Intent;
+    use dragnet_search::evidence::Digest;
+
+    use super::*;
+
+    #[test]
+    fn a_robot_that_drives_and_enters_no_cell_stands_until_it_is_lost() {
+        let text = "name = 'lane'\nmap = { shape = 'all_traversable', rows = 1, columns = 4, cell_meters = 10.0 }\n\
+                    objects.count = 1\nsensor.radius = 2\n[mission]\nbudget_seconds = 900.0\nspeed_meters_per_second = 10.0\n";
+        let scenario = Scenario::from_text(Path::new("lane.toml"), text.to_owned()).unwrap();
+        let mut view = View::new(Arc::new(About::of(&scenario, None)));
+        let cell = scenario.terrain().grid().cells().next().unwrap();
+        let (robot, time_ns) = (RobotId::FIRST, 0);
+        let intent = Intent { robot, incarnation: 0, decision: 1, time_ns, path: vec![cell].into() };
+        let heartbeat = Heartbeat {
+            robot,
+            time_ns,
+            activity: Activity::Searching,
+            cell,
+            path_meters: 10.0,
+            intent,
+            versions: Vec::new().into(),
+            digest: Digest(0),
+            directive: Directive::default(),
+        };
+        let mut told = Vec::new();
+        for minute in 0..3 {
+            for second in (0..60).step_by(5) {
+                let now = MissionTime::START + Duration::from_secs(60 * minute + second);
+                view.take(now, &Record::Heartbeat(heartbeat.clone()));
+            }
+            told.extend(view.stands_for(robot, State::Searching).map(|lasts| lasts.as_secs()));
+        }
+        assert_eq!(told, [115, 175]);
+        assert_eq!(view.stands_for(robot, State::Lost), None);
     }
 }

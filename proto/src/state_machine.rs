@@ -73,11 +73,27 @@ pub trait StateMachine: Send {
         None
     }
 
+    /// Robots that have been under way for long without entering a cell, by number; robots know of none.
+    fn standstills(&self) -> Vec<Standstill> {
+        Vec::new()
+    }
+
     /// Digest of its evidence.
     fn digest(&self) -> Digest;
 
     /// Number of known observations.
     fn observations(&self) -> u64;
+}
+
+/// A robot that has been under way for longer than usual without entering a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standstill {
+    /// The robot.
+    pub robot: RobotId,
+    /// The cell that it is in.
+    pub cell: Cell,
+    /// For how long it was heard there.
+    pub lasts: Duration,
 }
 
 /// Why a participant cannot continue.

@@ -12,7 +12,7 @@ use dragnet_proto::marks::{Marked, Marks};
 use dragnet_proto::message::{Activity, Detection, Heartbeat, Message, MissionStatus};
 use dragnet_proto::newest::Numbered;
 use dragnet_proto::orders::{NumberedOrder, RobotOrder, RobotOrders};
-use dragnet_proto::state_machine::{Effects, StateMachine};
+use dragnet_proto::state_machine::{Effects, Standstill, StateMachine};
 use dragnet_proto::verdict::{Decision, Verdict, Verdicts};
 use dragnet_proto::zones::{Zone, Zones};
 use dragnet_scenario::Places;
@@ -50,6 +50,8 @@ pub(crate) struct Narrator {
     marks: Marks,
     /// The last activity of each robot that the coordinator received.
     ending: Ending,
+    /// Robots that stand, as the coordinator has told.
+    standing: BTreeSet<RobotId>,
 }
 
 impl Narrator {
@@ -68,6 +70,7 @@ impl Narrator {
             zones: Zones::default(),
             marks: Marks::default(),
             ending: Ending::default(),
+            standing: BTreeSet::new(),
         }
     }
 
@@ -146,6 +149,27 @@ impl Narrator {
         for line in self.lines(machine, effects) {
             tracing::info!("{} {line}", self.me);
         }
+        let [stand, go_on] = self.standstills(machine.standstills());
+        for line in stand {
+            tracing::warn!("{line}");
+        }
+        for line in go_on {
+            tracing::info!("{line}");
+        }
+    }
+
+    /// That robots enter no cell, and that this is over.
+    fn standstills(&mut self, now: Vec<Standstill>) -> [Vec<String>; 2] {
+        let before = std::mem::replace(&mut self.standing, now.iter().map(|it| it.robot).collect());
+        let new = now.iter().filter(|it| !before.contains(&it.robot)).map(|it| {
+            let (robot, seconds, place) = (it.robot, it.lasts.as_secs(), self.places.on_earth(it.cell));
+            format!("robot {robot} has entered no cell for {seconds} s and is in {place}: see that nothing is in its way")
+        });
+        let over = before.difference(&self.standing);
+        [
+            new.collect(),
+            over.map(|robot| format!("robot {robot} goes on, or is to stay where it is")).collect(),
+        ]
     }
 
     fn lines(&mut self, machine: &dyn StateMachine, effects: &Effects<Message>) -> Vec<String> {
@@ -340,6 +364,7 @@ fn when(given: Given) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+    use std::time::Duration;
 
     use dragnet_agent::agent::{Agent, AgentConfig};
     use dragnet_coordinator::node::CoordinatorNode;
@@ -398,6 +423,26 @@ mod tests {
         assert_eq!(again.declares(&status), [format!("declared before, at 0.0 s: {advice}")]);
         narrator.ending.receive(RobotId::FIRST, Activity::Cleared);
         assert!(narrator.end()[0].ends_with(&format!("objects declared: 1; {advice}")));
+    }
+
+    #[test]
+    fn a_robot_that_stands_is_told_once_and_that_it_goes_on() {
+        let mut narrator = Narrator::new(Participant::Coordinator, scenario().places());
+        let cell = scenario().terrain().grid().cell(Position { row: 0, column: 2 }).unwrap();
+        let stands = |number, seconds| Standstill {
+            robot: RobotId::new(number).unwrap(),
+            cell,
+            lasts: Duration::from_secs(seconds),
+        };
+        assert_eq!(narrator.standstills(Vec::new()), [const { Vec::<String>::new() }; 2]);
+        let [new, over] = narrator.standstills(vec![stands(2, 75)]);
+        let expected = "robot 2 has entered no cell for 75 s and is in [0, 2] at latitude 0.000045, longitude 2.000225: see that \
+                        nothing is in its way";
+        assert_eq!((new, over.len()), (vec![expected.to_owned()], 0));
+        let [new, over] = narrator.standstills(vec![stands(1, 75), stands(2, 80)]);
+        assert!(new.len() == 1 && new[0].starts_with("robot 1 ") && over.is_empty(), "{new:?} {over:?}");
+        let [new, over] = narrator.standstills(vec![stands(1, 80)]);
+        assert_eq!((new.len(), over), (0, vec!["robot 2 goes on, or is to stay where it is".to_owned()]));
     }
 
     /// A robot and the coordinator, and what both tell.

@@ -38,6 +38,7 @@ fn mission() -> Mission {
         one_subject: None,
         detection_threshold: 0.95,
         robots: vec![ONE, TWO],
+        speeds_meters_per_second: vec![1.0; 2],
         heartbeat: SECOND,
         lost_after: 5 * SECOND,
         belief_period: 3 * SECOND,

@@ -86,6 +86,7 @@ impl Episode {
             one_subject: None,
             detection_threshold: 0.95,
             robots: ROBOTS.to_vec(),
+            speeds_meters_per_second: vec![1.0; 2],
             heartbeat: Duration::from_secs(1),
             lost_after: Duration::from_secs(4),
             belief_period: Duration::from_secs(5),

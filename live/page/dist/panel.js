@@ -67,7 +67,7 @@ function showRobots(mission, robots, goTo) {
         body.deleteRow(-1);
     robots.forEach((robot, index) => {
         const row = body.rows[index] ?? newRow(body);
-        const state = robot.is_doubled ? "doubled" : robot.state;
+        const state = robot.is_doubled ? "doubled" : robot.stands_for === null ? robot.state : "stands";
         if (row.dataset["state"] !== state)
             row.dataset["state"] = state;
         const button = row.cells[0]?.querySelector("button");
@@ -101,8 +101,9 @@ function newRow(body) {
 }
 function robotRow(mission, robot) {
     const goal = robot.plan.at(-1);
+    const sign = robot.stands_for === null ? SIGNS[robot.state] : `▲ has not moved for ${clock(robot.stands_for)}`;
     return [
-        robot.is_doubled ? `⚠ duplicate, ${SIGNS[robot.state]}` : SIGNS[robot.state],
+        robot.is_doubled ? `⚠ duplicate, ${sign}` : sign,
         robot.cell === null ? "–" : mission.name(robot.cell),
         goal === undefined ? "–" : `${mission.name(goal)} ${due(robot, -1, mission.frame?.time ?? 0)}`.trim(),
         `${robot.meters.toFixed(0)} m`,

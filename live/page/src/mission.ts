@@ -88,6 +88,8 @@ export interface RobotFrame {
   order: RobotOrder;
   /** Whether several processes have its number. */
   is_doubled: boolean;
+  /** For how long it has entered no cell although it drives, seconds, if that is longer than usual. */
+  stands_for: number | null;
   cell: number | null;
   trail: number[];
   plan: number[];

@@ -70,7 +70,7 @@ function showRobots(mission: Mission, robots: RobotFrame[], goTo: (cell: number)
   while (body.rows.length > robots.length) body.deleteRow(-1);
   robots.forEach((robot, index) => {
     const row = body.rows[index] ?? newRow(body);
-    const state = robot.is_doubled ? "doubled" : robot.state;
+    const state = robot.is_doubled ? "doubled" : robot.stands_for === null ? robot.state : "stands";
     if (row.dataset["state"] !== state) row.dataset["state"] = state;
     const button = row.cells[0]?.querySelector("button");
     if (button) {
@@ -102,8 +102,9 @@ function newRow(body: HTMLTableSectionElement): HTMLTableRowElement {
 
 function robotRow(mission: Mission, robot: RobotFrame): string[] {
   const goal = robot.plan.at(-1);
+  const sign = robot.stands_for === null ? SIGNS[robot.state] : `▲ has not moved for ${clock(robot.stands_for)}`;
   return [
-    robot.is_doubled ? `⚠ duplicate, ${SIGNS[robot.state]}` : SIGNS[robot.state],
+    robot.is_doubled ? `⚠ duplicate, ${sign}` : sign,
     robot.cell === null ? "–" : mission.name(robot.cell),
     goal === undefined ? "–" : `${mission.name(goal)} ${due(robot, -1, mission.frame?.time ?? 0)}`.trim(),
     `${robot.meters.toFixed(0)} m`,

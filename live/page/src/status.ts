@@ -23,7 +23,7 @@ export function showStatus(mission: Mission | undefined, freshness: Freshness): 
     }
     return;
   }
-  trouble([link(mission, freshness), doubles(mission), ending(mission), held(mission)].filter(Boolean).join(" "));
+  trouble([link(mission, freshness), doubles(mission), standing(mission), ending(mission), held(mission)].filter(Boolean).join(" "));
   if (isOver) badge("over", "mission over");
   else if (freshness.kind === "closed") badge("off", "not connected");
   else if (freshness.kind === "stale") badge("off", "stale");
@@ -67,6 +67,16 @@ function doubles(mission: Mission): string {
   if (numbers.length === 0) return "";
   const each = numbers.map((number) => `Two robots have the number ${number}.`).join(" ");
   return `${each} The one that started later is stopped: give it its own number, or shut it down.`;
+}
+
+/** Robots that something may be in the way of. */
+function standing(mission: Mission): string {
+  if (mission.isOver || mission.hello.end !== null) return "";
+  const robots = (mission.frame?.robots ?? []).filter(({ stands_for }) => stands_for !== null);
+  if (robots.length === 0) return "";
+  const [have, their] = robots.length === 1 ? ["has", "its"] : ["have", "their"];
+  const who = named(robots.map(({ robot }) => robot)).replace(/^r/, "R");
+  return `${who} ${have} not moved for over a minute: see that nothing is in ${their} way.`;
 }
 
 /** What the end of the mission waits for. */
