@@ -29,7 +29,7 @@ use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
 use crate::record::{
     AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, LINE_OF_SIGHT, MISSION_TIME, NOISE_VARIANCE,
-    REST_OF_WORLD, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA,
+    REST_OF_WORLD, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA, THIN_WALLS,
 };
 
 /// For recordings without a detection threshold.
@@ -324,7 +324,12 @@ impl Tape {
 fn with_line_of_sight(terrain: Terrain, run: &BTreeMap<String, String>) -> Terrain {
     let radius = run.get(LINE_OF_SIGHT).and_then(|radius| radius.parse().ok());
     match radius.filter(|&radius| radius > 0 && !LineOfSight::is_too_large(terrain.grid(), radius)) {
-        Some(radius) => terrain.with_opaque_walls(radius),
+        Some(radius) => {
+            let grid = terrain.grid();
+            let numbers = run.get(THIN_WALLS).map_or("", String::as_str).split(' ');
+            let thin = numbers.filter_map(|number| grid.cell_numbered(number.parse().ok()?));
+            terrain.with_thin_walls(thin).with_opaque_walls(radius)
+        }
         None => terrain,
     }
 }

@@ -87,6 +87,8 @@ pub const REST_OF_WORLD: &str = "rest_of_world";
 pub const NOISE_VARIANCE: &str = "noise_variance";
 /// Fact of a run in which walls hide what is behind them: the radius within which they do, cells.
 pub const LINE_OF_SIGHT: &str = "line_of_sight_radius";
+/// Fact of such a run: the numbers of the cells that walls thinner than a cell lead along, if there are such.
+pub const THIN_WALLS: &str = "thin_walls";
 /// Name within `summary` of the probability at the end that the one subject is in a declared cell.
 pub const SUCCESS: &str = "pos";
 

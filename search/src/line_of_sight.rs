@@ -49,12 +49,13 @@ impl LineOfSight {
         Self(None)
     }
 
-    /// Walls hide what is behind them; they are cells that are neither traversable nor searched. Water and roads hide nothing,
-    /// and a wall is seen itself.
+    /// Opaque cells hide what is behind them ([`Terrain::is_opaque`]). Water and roads hide nothing, and a wall is seen itself.
     #[must_use]
     pub fn behind_walls(terrain: &Terrain, radius: u32) -> Self {
         let grid = terrain.grid();
-        let walls = Walls::of(grid, |cell| terrain.is_wall(cell));
+        let is_opaque: Vec<bool> = grid.cells().map(|cell| terrain.is_opaque(cell)).collect();
+        let is_opaque = |cell: Cell| is_opaque[cell.index()];
+        let walls = Walls::of(grid, is_opaque);
         let span = |at: u32, step: i32| {
             let other = at.saturating_add_signed(step);
             at.min(other) as usize..at.max(other) as usize + 1
@@ -62,7 +63,7 @@ impl LineOfSight {
         Self::from_fn(grid, radius, |from, offset| {
             let Position { row, column } = grid.position(from);
             walls.is_any_in(span(row, offset.north), span(column, offset.east))
-                && !is_clear(terrain, from, offset)
+                && !is_clear(grid, from, offset, is_opaque)
         })
     }
 
@@ -272,14 +273,23 @@ impl Walls {
     }
 }
 
-/// Whether no cell on the straight line between two cells is a wall. The line goes from center to center, through the cells
-/// nearest to it, one for each step of the longer side.
+/// Whether no cell on the straight line between two cells is opaque. The line goes from center to center, through the cells
+/// nearest to it, one for each step of the longer side; not between two opaque cells that touch at a corner, but to see such a
+/// cell in the corner itself.
 #[must_use]
-pub fn is_clear(terrain: &Terrain, from: Cell, offset: Offset) -> bool {
+pub fn is_clear(grid: Grid, from: Cell, offset: Offset, is_opaque: impl Fn(Cell) -> bool) -> bool {
     let steps = offset.north.abs().max(offset.east.abs());
-    (1..steps).all(|step| {
-        let between = Offset { north: part(offset.north, step, steps), east: part(offset.east, step, steps) };
-        terrain.grid().step(from, between).is_none_or(|cell| !terrain.is_wall(cell))
+    let at =
+        |step: i32| Offset { north: part(offset.north, step, steps), east: part(offset.east, step, steps) };
+    let is_wall = |offset: Offset| grid.step(from, offset).is_some_and(&is_opaque);
+    (0..steps).all(|step| {
+        let (here, next, is_last) = (at(step), at(step + 1), step + 1 == steps);
+        if !is_last && is_wall(next) {
+            return false;
+        }
+        let corners = [Offset { east: here.east, ..next }, Offset { north: here.north, ..next }];
+        let is_between = next != corners[0] && next != corners[1] && corners.into_iter().all(is_wall);
+        !is_between || (is_last && is_wall(next))
     })
 }
 
@@ -299,7 +309,10 @@ mod tests {
     /// The cells in sight of the south-western one, as a drawing: `o` in sight, `x` not; its first line is the northern
     /// edge.
     fn seen(drawing: &str) -> String {
-        let terrain = Terrain::from_ascii(drawing, 1.0).unwrap();
+        seen_on(Terrain::from_ascii(drawing, 1.0).unwrap())
+    }
+
+    fn seen_on(terrain: Terrain) -> String {
         let grid = terrain.grid();
         let from = grid.cell(Position { row: 0, column: 0 }).unwrap();
         let line_of_sight = LineOfSight::behind_walls(&terrain, 9);
@@ -315,6 +328,20 @@ mod tests {
     fn a_wall_throws_a_shadow_and_water_none() {
         let drawing = "......\n......\n..#...\n......\n..~,..";
         assert_eq!(seen(drawing), "oooxxx\noooxxo\noooooo\noooooo\noooooo");
+    }
+
+    #[test]
+    fn a_wall_thinner_than_a_cell_hides_what_is_behind_it_and_is_seen_itself() {
+        let terrain = Terrain::from_ascii("....\n~~~~\n....\n....", 1.0).unwrap();
+        assert_eq!(seen_on(terrain.clone()), "oooo\noooo\noooo\noooo");
+        let along: Vec<Cell> = terrain.grid().cells().filter(|&cell| !terrain.is_traversable(cell)).collect();
+        assert_eq!(seen_on(terrain.with_thin_walls(along)), "xxxx\noooo\noooo\noooo");
+    }
+
+    #[test]
+    fn no_line_leads_between_walls_that_touch_at_a_corner_but_to_their_corner() {
+        assert_eq!(seen("....\n.#..\n..#.\n...."), "oxxx\nooxx\nooox\noooo");
+        assert_eq!(seen("..##\n..##\n...#\n...."), "ooox\noooo\noooo\noooo");
     }
 
     #[test]
@@ -339,7 +366,7 @@ mod tests {
             for from in grid.cells() {
                 for to in grid.cells() {
                     let offset = grid.offset(from, to);
-                    let is_hidden = offset.manhattan() <= radius && !is_clear(&terrain, from, offset);
+                    let is_hidden = offset.manhattan() <= radius && !is_clear(grid, from, offset, |cell| terrain.is_wall(cell));
                     prop_assert_eq!(line_of_sight.hides(from, offset), is_hidden, "{:?} {:?}", from, to);
                 }
             }

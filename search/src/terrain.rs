@@ -1,5 +1,8 @@
 //! Which cells are traversable and which are searched.
 
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::cell::{Cell, Grid, GridSizeError, Offset, Position};
@@ -34,6 +37,8 @@ pub struct Terrain {
     grid: Grid,
     cell_meters: f64,
     ground: Vec<Ground>,
+    /// Ascending.
+    thin_walls: Arc<[Cell]>,
     line_of_sight: LineOfSight,
 }
 
@@ -90,7 +95,13 @@ impl Terrain {
         if ground.len() != grid.cell_count() {
             return Err(TerrainError::CellCount { given: ground.len(), expected: grid.cell_count() });
         }
-        Ok(Self { grid, cell_meters, ground, line_of_sight: LineOfSight::everywhere() })
+        Ok(Self {
+            grid,
+            cell_meters,
+            ground,
+            thin_walls: Arc::new([]),
+            line_of_sight: LineOfSight::everywhere(),
+        })
     }
 
     /// Reads a drawing, its first line the northern edge: `.` open, `#` blocked, `~` out of reach (searched, not
@@ -163,6 +174,26 @@ impl Terrain {
         self.ground(cell) == Ground::BLOCKED
     }
 
+    /// Cells that are no walls, and that a wall thinner than a cell leads along: sensors see them, and do not see through them
+    /// where they need a line of sight. Ascending.
+    #[must_use]
+    pub fn thin_walls(&self) -> &[Cell] {
+        &self.thin_walls
+    }
+
+    /// The same map with such cells. What is hidden stays the same.
+    #[must_use]
+    pub fn with_thin_walls(self, cells: impl IntoIterator<Item = Cell>) -> Self {
+        let cells: BTreeSet<Cell> = cells.into_iter().collect();
+        Self { thin_walls: cells.into_iter().collect(), ..self }
+    }
+
+    /// Whether this cell hides what is behind it where sensors need a line of sight: it is a wall, or a thin one leads along it.
+    #[must_use]
+    pub fn is_opaque(&self, cell: Cell) -> bool {
+        self.is_wall(cell) || self.thin_walls.binary_search(&cell).is_ok()
+    }
+
     /// Which cells are hidden from which.
     #[must_use]
     pub const fn line_of_sight(&self) -> &LineOfSight {
@@ -175,7 +206,7 @@ impl Terrain {
         Self { line_of_sight, ..self }
     }
 
-    /// The same map, whose walls hide what is behind them within a radius, cells.
+    /// The same map, whose opaque cells hide what is behind them within a radius, cells.
     #[must_use]
     pub fn with_opaque_walls(self, radius: u32) -> Self {
         let line_of_sight = LineOfSight::behind_walls(&self, radius);
@@ -214,7 +245,7 @@ impl Terrain {
     /// Whether another map differs in what is hidden at most.
     #[must_use]
     pub fn is_equal_ground(&self, other: &Self) -> bool {
-        let Self { grid, cell_meters, ground, line_of_sight: _ } = self;
+        let Self { grid, cell_meters, ground, thin_walls: _, line_of_sight: _ } = self;
         (grid, cell_meters, ground) == (&other.grid, &other.cell_meters, &other.ground)
     }
 
@@ -242,7 +273,7 @@ impl Terrain {
     #[must_use]
     pub fn from_above(&self) -> Self {
         let ground = self.ground.iter().map(|ground| Ground { traversable: true, ..*ground });
-        Self { ground: ground.collect(), line_of_sight: LineOfSight::everywhere(), ..*self }
+        Self { ground: ground.collect(), line_of_sight: LineOfSight::everywhere(), ..self.clone() }
     }
 
     /// Searched cells, by index.

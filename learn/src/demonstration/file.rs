@@ -38,6 +38,9 @@ struct Header {
     /// The radius within which walls hide what is behind them, cells, if they do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     line_of_sight_radius: Option<u32>,
+    /// The numbers of the cells that walls thinner than a cell lead along, if they hide what is behind them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    thin_walls: Vec<u32>,
 }
 
 /// Writes a trajectory; the file appears when it is complete, replacing an older one.
@@ -72,6 +75,10 @@ fn to_bytes(trajectory: &Trajectory) -> Result<Vec<u8>, String> {
         radius: trajectory.sensor.radius(),
         noise_variance: trajectory.sensor.noise_variance(),
         line_of_sight_radius: trajectory.terrain.line_of_sight().radius(),
+        thin_walls: match trajectory.terrain.line_of_sight().radius() {
+            Some(_) => trajectory.terrain.thin_walls().iter().map(|cell| cell.number()).collect(),
+            None => Vec::new(),
+        },
     };
     file::serialize(KIND, &header, &tensors(trajectory))
 }
@@ -131,7 +138,13 @@ fn from_bytes(bytes: &[u8]) -> Result<Trajectory, String> {
         Some(radius) if radius == 0 || LineOfSight::is_too_large(grid, radius) => {
             return Err(format!("line_of_sight_radius {radius}: the map is too large for it, or it is 0"));
         }
-        Some(radius) => terrain.with_opaque_walls(radius),
+        Some(radius) => {
+            let cell = |&number: &u32| {
+                grid.cell_numbered(number).ok_or_else(|| format!("thin_walls: {number}: no cell of the map"))
+            };
+            let thin = header.thin_walls.iter().map(cell).collect::<Result<Vec<_>, _>>()?;
+            terrain.with_thin_walls(thin).with_opaque_walls(radius)
+        }
         None => terrain,
     };
     let reader = Reader { tensors, terrain: &terrain, count: header.decisions };

@@ -7,7 +7,7 @@ use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::record::encoder::{self, MessageListener};
 use dragnet_coordinator::record::{
-    Header, LINE_OF_SIGHT, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD, Recorder,
+    Header, LINE_OF_SIGHT, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD, Recorder, THIN_WALLS,
 };
 use dragnet_coordinator::recording::Notice;
 use dragnet_scenario::{Class, Scenario};
@@ -92,6 +92,11 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
     }
     if let Some(radius) = scenario.terrain().line_of_sight().radius() {
         facts.extend(metadata([(LINE_OF_SIGHT, radius.to_string())]));
+        let thin: Vec<String> =
+            scenario.terrain().thin_walls().iter().map(|cell| cell.number().to_string()).collect();
+        if !thin.is_empty() {
+            facts.extend(metadata([(THIN_WALLS, thin.join(" "))]));
+        }
     }
     if let Some(earlier) = scenario.earlier() {
         facts.extend(metadata([("continues", earlier.belief.mission.clone())]));

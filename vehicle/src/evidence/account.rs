@@ -109,7 +109,7 @@ impl Accounts {
             if is_far || !terrain.is_searched(cell) || self.cells.get(&cell).is_some_and(Account::is_seen) {
                 continue;
             }
-            if !is_clear(terrain, from, offset) {
+            if !is_clear(terrain.grid(), from, offset, |cell| terrain.is_wall(cell)) {
                 continue;
             }
             for (part, point) in parts(middle, terrain.cell_meters()).enumerate() {

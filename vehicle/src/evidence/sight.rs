@@ -98,7 +98,7 @@ impl Sight {
             self.behind_walls = self.behind_walls.renewed(grid, self.radius, is_near, |from, offset| {
                 let Some(cell) = grid.step(from, offset) else { return false };
                 let lines = Lines::new(terrain, from, offset);
-                if !is_clear(terrain, from, offset) {
+                if !is_clear(grid, from, offset, |cell| terrain.is_wall(cell)) {
                     return true;
                 }
                 let seen = if is_any_in(&occupied, &map, lines.area) { lines.seen(&map) } else { ALL_PARTS };
