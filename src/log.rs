@@ -13,7 +13,10 @@ use crate::commands::Command;
 /// Configures the log as `RUST_LOG` says or, without it, to warnings, and for a process that serves a mission to its
 /// activity, connections and rejected participants.
 pub(crate) fn keep(command: &Command) {
-    let usual = if command.serves() { "warn,dragnet_runtime=info,zenoh=error" } else { "warn,zenoh=error" };
+    // What Zenoh's sessions take for errors is that messages of participants arrive that have left.
+    let libraries = "warn,zenoh=error,zenoh::api::session=off";
+    let usual =
+        if command.serves() { format!("{libraries},dragnet_runtime=info") } else { libraries.to_owned() };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
     let filter =
         filter.and(dynamic_filter_fn(|line, _| !(stop::is_ending() && line.target().starts_with("zenoh"))));

@@ -180,6 +180,10 @@ impl StateMachine for CoordinatorNode {
         self.mission.awaited()
     }
 
+    fn cell_of(&self, robot: RobotId) -> Option<Cell> {
+        self.mission.tracks().find(|&(it, _)| it == robot)?.1.pose.map(|(cell, _)| cell)
+    }
+
     fn standstills(&self) -> Vec<Standstill> {
         self.mission.standstills().collect()
     }

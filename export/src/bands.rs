@@ -1,12 +1,12 @@
 //! Cleared cells as polygons, in bands of similar probability of detection.
 
 use dragnet_scenario::map_file::Georeference;
-use dragnet_search::cell::{Grid, Position};
+use dragnet_search::cell::{Cell, Grid, Position};
 use dragnet_search::terrain::Terrain;
 use geo::orient::{Direction, Orient};
 use geo::{MapCoords, MultiPolygon, Rect, unary_union};
 
-/// Bounds of the bands; cells below the first were hardly searched.
+/// Bounds of the bands; cells below the first are as good as not searched.
 const EDGES: [f64; 5] = [0.1, 0.5, 0.8, 0.95, 1.0];
 
 /// Cells of about the same probability of detection.
@@ -32,27 +32,32 @@ impl Band {
 
     /// Such as `POD 50 to 80 %`.
     pub(crate) fn title(&self) -> String {
+        if self.from <= 0.0 {
+            return format!("Not searched: POD below {:.0} %", 100.0 * self.to);
+        }
         format!("POD {:.0} to {:.0} %", 100.0 * self.from, 100.0 * self.to)
     }
 }
 
 /// The non-empty bands of a probability of detection of shape `[cells]`.
 pub(crate) fn bands(terrain: &Terrain, frame: &Georeference, pod: &[f64]) -> Vec<Band> {
-    let band = |pair: &[f64]| {
-        let (from, to) = (pair[0], pair[1]);
-        let is_last = to >= 1.0;
-        let is_in: Vec<bool> = terrain
-            .grid()
-            .cells()
-            .map(|cell| {
-                let pod = pod[cell.index()];
-                terrain.is_searched(cell) && pod >= from && (pod < to || is_last)
-            })
-            .collect();
-        let cells = is_in.iter().filter(|is_in| **is_in).count();
-        Band { from, to, cells, region: region(terrain, frame, &is_in) }
+    EDGES.windows(2).filter_map(|pair| band(terrain, frame, pod, pair[0], pair[1])).collect()
+}
+
+/// What is as good as not searched, if there is any: all cells below the bands.
+pub(crate) fn not_searched(terrain: &Terrain, frame: &Georeference, pod: &[f64]) -> Option<Band> {
+    band(terrain, frame, pod, 0.0, EDGES[0])
+}
+
+fn band(terrain: &Terrain, frame: &Georeference, pod: &[f64], from: f64, to: f64) -> Option<Band> {
+    let is_last = to >= 1.0;
+    let is_in = |cell: Cell| {
+        let pod = pod[cell.index()];
+        terrain.is_searched(cell) && pod >= from && (pod < to || is_last)
     };
-    EDGES.windows(2).map(band).filter(|band| band.cells > 0).collect()
+    let is_in: Vec<bool> = terrain.grid().cells().map(is_in).collect();
+    let cells = is_in.iter().filter(|is_in| **is_in).count();
+    (cells > 0).then(|| Band { from, to, cells, region: region(terrain, frame, &is_in) })
 }
 
 /// The outlines of marked cells, shape `[cells]`, in degrees; outer rings counterclockwise.

@@ -29,7 +29,7 @@ use geojson::{Feature, FeatureCollection, GeoJson, Geometry, GeometryValue, Json
 use serde_json::json;
 
 use crate::account::{Account, Coverage, Visit};
-use crate::bands::{Band, bands};
+use crate::bands::{Band, bands, not_searched};
 use crate::time::wall_time;
 
 /// The text of a `GeoJSON` file.
@@ -37,14 +37,23 @@ use crate::time::wall_time;
 pub fn text(account: &Account) -> String {
     let areas = account.areas.iter().map(|(area, coverage)| drawn(area, coverage.as_ref()));
     let cleared =
-        bands(&account.terrain, &account.frame, &account.pod).into_iter().map(|band| cleared(&band));
+        bands(&account.terrain, &account.frame, &account.pod).into_iter().map(|band| cover(&band, "cleared"));
+    let not_searched = not_searched(&account.terrain, &account.frame, &account.pod);
+    let not_searched = not_searched.map(|band| cover(&band, "not_searched"));
     let tracks = account.tracks.iter().map(|(robot, visits)| track(account, *robot, visits));
     let found = (1..).zip(&account.found).map(|(number, object)| found(account, number, object));
     let dismissed = (1..).zip(&account.dismissed).map(|(number, find)| dismissed(account, number, find));
     let clues = account.clues().map(|clue| self::clue(account, clue));
     let searches = account.searches().map(|search| searched(account, search));
     let marks = clues.chain(searches);
-    let features = areas.chain(cleared).chain(tracks).chain(found).chain(dismissed).chain(marks).collect();
+    let features = areas
+        .chain(not_searched)
+        .chain(cleared)
+        .chain(tracks)
+        .chain(found)
+        .chain(dismissed)
+        .chain(marks)
+        .collect();
     let mut total = json!({
         "name": account.name,
         "until": wall_time(account.start_unix_ns, account.until),
@@ -80,9 +89,9 @@ fn drawn(area: &Area, coverage: Option<&Coverage>) -> Feature {
     feature
 }
 
-fn cleared(band: &Band) -> Feature {
+fn cover(band: &Band, kind: &str) -> Feature {
     let properties = json!({
-        "kind": "cleared",
+        "kind": kind,
         "name": band.title(),
         "pod_from": band.from,
         "pod_to": band.to,

@@ -12,11 +12,17 @@ use dragnet_search::observation::RobotId;
 use geo::{LineString, Polygon};
 
 use crate::account::{Account, Coverage, Visit};
-use crate::bands::{Band, bands};
+use crate::bands::{Band, bands, not_searched};
 use crate::time::wall_time;
 use crate::xml::{self, Document};
 
-/// Colors of the bands, from the lowest probability: alpha, blue, green, red.
+/// Kind and style of what is not searched.
+const NOT_SEARCHED: &str = "not_searched";
+
+/// Color of what is not searched: alpha, blue, green, red.
+const NOT_SEARCHED_COLOR: &str = "600000ff";
+
+/// Colors of the bands, from the lowest probability.
 const BAND_COLORS: [&str; Band::COUNT] = ["6000a5ff", "6000ffff", "6000ff80", "80008000"];
 
 /// The text of a KML file.
@@ -28,7 +34,10 @@ pub fn text(account: &Account) -> String {
             writer.create_element("Document").write_inner_content(|writer| {
                 xml::element(writer, "name", &account.name)?;
                 xml::element(writer, "description", &describe(account))?;
-                (0..).zip(BAND_COLORS).try_for_each(|(number, color)| style(writer, number, color))?;
+                (0..)
+                    .zip(BAND_COLORS)
+                    .try_for_each(|(number, color)| style(writer, &band_style(number), color))?;
+                style(writer, NOT_SEARCHED, NOT_SEARCHED_COLOR)?;
                 folder(writer, "Found", |writer| {
                     (1..).zip(&account.found).try_for_each(|(number, it)| found(writer, account, number, it))
                 })?;
@@ -52,7 +61,13 @@ pub fn text(account: &Account) -> String {
                 })?;
                 folder(writer, "Cleared", |writer| {
                     let bands = bands(&account.terrain, &account.frame, &account.pod);
-                    bands.iter().try_for_each(|band| cleared(writer, band))
+                    bands
+                        .iter()
+                        .try_for_each(|band| cover(writer, band, "cleared", &band_style(band.number())))
+                })?;
+                folder(writer, "Not searched", |writer| {
+                    let rest = not_searched(&account.terrain, &account.frame, &account.pod);
+                    rest.iter().try_for_each(|band| cover(writer, band, NOT_SEARCHED, NOT_SEARCHED))
                 })?;
                 folder(writer, "Areas", |writer| {
                     account.areas.iter().try_for_each(|(it, coverage)| area(writer, it, coverage.as_ref()))
@@ -76,8 +91,8 @@ fn describe(account: &Account) -> String {
     )
 }
 
-fn style(writer: &mut Document, number: usize, color: &str) -> io::Result<()> {
-    let element = writer.create_element("Style").with_attribute(("id", format!("band-{number}").as_str()));
+fn style(writer: &mut Document, id: &str, color: &str) -> io::Result<()> {
+    let element = writer.create_element("Style").with_attribute(("id", id));
     element.write_inner_content(|writer| {
         writer
             .create_element("LineStyle")
@@ -199,13 +214,17 @@ fn track(writer: &mut Document, account: &Account, robot: RobotId, visits: &[Vis
     })
 }
 
-fn cleared(writer: &mut Document, band: &Band) -> io::Result<()> {
+fn band_style(number: usize) -> String {
+    format!("band-{number}")
+}
+
+fn cover(writer: &mut Document, band: &Band, kind: &str, style: &str) -> io::Result<()> {
     placemark(writer, &band.title(), |writer| {
-        xml::element(writer, "styleUrl", &format!("#band-{}", band.number()))?;
+        xml::element(writer, "styleUrl", &format!("#{style}"))?;
         data(
             writer,
             &[
-                ("kind", "cleared".into()),
+                ("kind", kind.to_owned()),
                 ("pod_from", band.from.to_string()),
                 ("pod_to", band.to.to_string()),
                 ("cells", band.cells.to_string()),

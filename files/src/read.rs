@@ -73,8 +73,7 @@ pub fn text_of(bytes: Vec<u8>) -> io::Result<String> {
         [0xff, 0xfe, ..] => u16::from_le_bytes,
         [0xfe, 0xff, ..] => u16::from_be_bytes,
         _ => {
-            let mut text =
-                String::from_utf8(bytes).map_err(|error| none(format!("no UTF-8 text: {error}")))?;
+            let mut text = String::from_utf8(bytes).map_err(|error| none(no_text(&error)))?;
             if text.starts_with(BYTE_ORDER_MARK) {
                 text.drain(..BYTE_ORDER_MARK.len_utf8());
             }
@@ -85,6 +84,20 @@ pub fn text_of(bytes: Vec<u8>) -> io::Result<String> {
     let units: Vec<u16> = units.iter().map(|&unit| order(unit)).collect();
     let text = String::from_utf16(&units).ok().filter(|_| rest.is_empty());
     text.ok_or_else(|| none("no UTF-16 text, as which its byte-order mark has it".to_owned()))
+}
+
+/// What bytes that are no text may be instead.
+fn no_text(error: &std::string::FromUtf8Error) -> String {
+    let kinds: [(&[u8], &str); 6] = [
+        (b"\x89MCAP0\r\n", "a recording (MCAP)"),
+        (b"redb\x1a\x0a\xa9\x0d\x0a", "a robot's journal"),
+        (b"\x89PNG", "an image (PNG)"),
+        (b"\xff\xd8\xff", "an image (JPEG)"),
+        (b"P5", "an image (PGM)"),
+        (b"PK\x03\x04", "an archive (ZIP, KMZ)"),
+    ];
+    let kind = kinds.iter().find(|(magic, _)| error.as_bytes().starts_with(magic));
+    kind.map_or_else(|| format!("no UTF-8 text: {error}"), |(_, kind)| format!("this is {kind}, and no text"))
 }
 
 /// Checks that a file is regular and short enough, before other code reads it without a bound. A missing file is not an

@@ -73,6 +73,11 @@ pub trait StateMachine: Send {
         None
     }
 
+    /// The cell that a robot was last in, as far as the coordinator knows.
+    fn cell_of(&self, _robot: RobotId) -> Option<Cell> {
+        None
+    }
+
     /// Robots that have been under way for long without entering a cell, by number; robots know of none.
     fn standstills(&self) -> Vec<Standstill> {
         Vec::new()

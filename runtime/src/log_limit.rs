@@ -1,5 +1,5 @@
-//! Rate limiting of the log: the same kind of line about the same sender is logged once a minute, with a count of the
-//! suppressed ones.
+//! Rate limiting of the log: the same kind of line about the same sender is logged once a minute, and that it comes or goes ten
+//! times, with a count of the suppressed ones.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -30,7 +30,10 @@ pub(crate) struct LogLimit<K> {
 
 #[derive(Clone, Copy, Debug)]
 struct Reported {
+    /// When the first line of a period was logged.
     at: Instant,
+    /// How many were since.
+    count: u32,
     suppressed: u64,
 }
 
@@ -43,14 +46,23 @@ impl<K> Default for LogLimit<K> {
 impl<K: Ord + Clone> LogLimit<K> {
     /// Whether a line of a kind is to be logged now; otherwise it is counted.
     pub(crate) fn admits(&mut self, now: Instant, kind: &K) -> bool {
+        self.admits_up_to(1, now, kind)
+    }
+
+    /// The same, where a period has up to `most` lines of the kind.
+    fn admits_up_to(&mut self, most: u32, now: Instant, kind: &K) -> bool {
         let key = self.key(now, kind);
         let Some(reported) = self.reported.get_mut(&key) else {
-            self.reported.insert(key, Reported { at: now, suppressed: 0 });
+            self.reported.insert(key, Reported { at: now, count: 1, suppressed: 0 });
             return true;
         };
         let again = reported.at + PERIOD;
         if reported.suppressed == 0 && now >= again {
-            reported.at = now;
+            (reported.at, reported.count) = (now, 1);
+            return true;
+        }
+        if reported.suppressed == 0 && reported.count < most {
+            reported.count += 1;
             return true;
         }
         reported.suppressed += 1;
@@ -72,7 +84,7 @@ impl<K: Ord + Clone> LogLimit<K> {
         let mut counts = Vec::new();
         for (kind, reported) in &mut self.reported {
             if reported.suppressed > 0 && now >= reported.at + PERIOD {
-                reported.at = now;
+                (reported.at, reported.count) = (now, 1);
                 counts.push((kind.clone(), std::mem::take(&mut reported.suppressed)));
             }
         }
@@ -139,6 +151,17 @@ pub(crate) enum Kind {
     One,
 }
 
+impl Kind {
+    /// How many lines of a sender are logged in a period. Whether a participant is there must not be hidden by a limit, unless it
+    /// comes and goes without end.
+    const fn most(self) -> u32 {
+        match self {
+            Self::Came | Self::Back | Self::Left => 10,
+            _ => 1,
+        }
+    }
+}
+
 impl fmt::Display for Kind {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -188,7 +211,7 @@ impl Teller {
     fn admits(&mut self, kind: Kind, sender: Sender) -> bool {
         let now = Instant::now();
         self.log_suppressed(now);
-        self.limit.admits(now, &(kind, sender))
+        self.limit.admits_up_to(kind.most(), now, &(kind, sender))
     }
 
     /// Waits until a count of suppressed lines is due, and logs it; never ends if there is none.
@@ -237,6 +260,18 @@ mod tests {
         assert!(!limit.admits(start + PERIOD, &"a"));
         assert_eq!(limit.settle(start + PERIOD * 2), [(Some("a"), 1)]);
         assert!(limit.admits(start + PERIOD * 3, &"a"));
+    }
+
+    #[test]
+    fn comings_and_goings_are_logged_unless_they_do_not_end() {
+        let (mut limit, start) = (LogLimit::default(), Instant::now());
+        let mut logged = |after: Duration| {
+            (0..15).filter(|_| limit.admits_up_to(Kind::Left.most(), start + after, &"a")).count()
+        };
+        assert_eq!(logged(Duration::ZERO), 10);
+        assert_eq!(logged(PERIOD / 2), 0);
+        assert_eq!(limit.settle(start + PERIOD), [(Some("a"), 20)]);
+        assert!(limit.admits_up_to(2, start + PERIOD, &"a"), "after that again");
     }
 
     #[test]

@@ -86,15 +86,20 @@ impl Narrator {
         self.ending.expect(robot);
     }
 
-    /// A robot has left.
-    pub(crate) fn lose(&mut self, robot: RobotId) {
-        self.ending.lose(robot);
+    /// A robot has left; returns what the coordinator logs of one that was not done, and was last in a cell.
+    pub(crate) fn lose(&mut self, robot: RobotId, last: Option<Cell>) -> Option<String> {
+        let was_busy = self.ending.lose(robot).is_some_and(|activity| !activity.is_rest());
         self.tell_end();
+        let last = last.filter(|_| was_busy && self.me == Participant::Coordinator)?;
+        let place = self.places.on_earth(last);
+        Some(format!(
+            "robot {robot} is lost: it has left before its search was over, and was last in {place}"
+        ))
     }
 
     fn tell_end(&mut self) {
         for line in self.end() {
-            tracing::info!("{} {line}", self.me);
+            tracing::info!("{line}");
         }
     }
 
@@ -149,7 +154,10 @@ impl Narrator {
         for line in self.lines(machine, effects) {
             tracing::info!("{} {line}", self.me);
         }
-        let [stand, go_on] = self.standstills(machine.standstills());
+        for line in self.orders(machine, effects) {
+            tracing::info!("{line}");
+        }
+        let [stand, go_on] = self.standstills(&machine.standstills());
         for line in stand {
             tracing::warn!("{line}");
         }
@@ -159,7 +167,7 @@ impl Narrator {
     }
 
     /// That robots enter no cell, and that this is over.
-    fn standstills(&mut self, now: Vec<Standstill>) -> [Vec<String>; 2] {
+    fn standstills(&mut self, now: &[Standstill]) -> [Vec<String>; 2] {
         let before = std::mem::replace(&mut self.standing, now.iter().map(|it| it.robot).collect());
         let new = now.iter().filter(|it| !before.contains(&it.robot)).map(|it| {
             let (robot, seconds, place) = (it.robot, it.lasts.as_secs(), self.places.on_earth(it.cell));
@@ -172,6 +180,7 @@ impl Narrator {
         ]
     }
 
+    /// What this participant does.
     fn lines(&mut self, machine: &dyn StateMachine, effects: &Effects<Message>) -> Vec<String> {
         let mut lines = match self.me {
             Participant::Robot(robot) => self.finds(robot, machine, &effects.kept),
@@ -183,14 +192,22 @@ impl Narrator {
             _ => None,
         });
         for status in statuses {
-            lines.extend(self.orders_all(MissionTime(status.time_ns), &status.directive));
-            lines.extend(news::added(&mut self.added, &status.directive, &self.places));
             self.locate(machine, status.declared.iter().map(|object| object.cell));
             lines.extend(self.declares(status));
         }
-        lines.extend(self.ending.awaits(machine.awaited()));
+        lines.extend(self.decides(effects));
+        lines
+    }
+
+    /// What the operator wants, as the coordinator publishes it, and what that waits for.
+    fn orders(&mut self, machine: &dyn StateMachine, effects: &Effects<Message>) -> Vec<String> {
+        let mut lines: Vec<String> = self.ending.awaits(machine.awaited()).into_iter().collect();
         for (_, message) in &effects.published {
             match message {
+                Message::MissionStatus(status) => {
+                    lines.extend(self.orders_all(MissionTime(status.time_ns), &status.directive));
+                    lines.extend(news::added(&mut self.added, &status.directive, &self.places));
+                }
                 Message::Verdicts(report) if self.me == Participant::Coordinator => {
                     lines.extend(self.judges(MissionTime(report.time_ns), &report.verdicts));
                 }
@@ -206,7 +223,6 @@ impl Narrator {
                 _ => {}
             }
         }
-        lines.extend(self.decides(effects));
         lines
     }
 
@@ -426,6 +442,22 @@ mod tests {
     }
 
     #[test]
+    fn a_robot_that_leaves_before_its_search_is_over_is_lost_and_its_last_cell_is_told() {
+        let mut narrator = Narrator::new(Participant::Coordinator, scenario().places());
+        let cell = scenario().terrain().grid().cell(Position { row: 0, column: 2 });
+        let robot = RobotId::FIRST;
+        let mut lose = |activity| {
+            narrator.ending.receive(robot, activity);
+            narrator.lose(robot, cell)
+        };
+        let expected = "robot 1 is lost: it has left before its search was over, and was last in [0, 2] at latitude 0.000045, \
+                        longitude 2.000225";
+        assert_eq!(lose(Activity::Searching).unwrap(), expected);
+        assert_eq!(lose(Activity::Cleared), None);
+        assert_eq!(narrator.lose(robot, cell), None, "it has not told what it does");
+    }
+
+    #[test]
     fn a_robot_that_stands_is_told_once_and_that_it_goes_on() {
         let mut narrator = Narrator::new(Participant::Coordinator, scenario().places());
         let cell = scenario().terrain().grid().cell(Position { row: 0, column: 2 }).unwrap();
@@ -434,14 +466,14 @@ mod tests {
             cell,
             lasts: Duration::from_secs(seconds),
         };
-        assert_eq!(narrator.standstills(Vec::new()), [const { Vec::<String>::new() }; 2]);
-        let [new, over] = narrator.standstills(vec![stands(2, 75)]);
+        assert_eq!(narrator.standstills(&[]), [const { Vec::<String>::new() }; 2]);
+        let [new, over] = narrator.standstills(&[stands(2, 75)]);
         let expected = "robot 2 has entered no cell for 75 s and is in [0, 2] at latitude 0.000045, longitude 2.000225: see that \
                         nothing is in its way";
         assert_eq!((new, over.len()), (vec![expected.to_owned()], 0));
-        let [new, over] = narrator.standstills(vec![stands(1, 75), stands(2, 80)]);
+        let [new, over] = narrator.standstills(&[stands(1, 75), stands(2, 80)]);
         assert!(new.len() == 1 && new[0].starts_with("robot 1 ") && over.is_empty(), "{new:?} {over:?}");
-        let [new, over] = narrator.standstills(vec![stands(1, 80)]);
+        let [new, over] = narrator.standstills(&[stands(1, 80)]);
         assert_eq!((new.len(), over), (0, vec!["robot 2 goes on, or is to stay where it is".to_owned()]));
     }
 
@@ -551,8 +583,8 @@ mod tests {
         let command = |order| Event::Commanded(Command::Robot(RobotId::FIRST, order));
         let ordered = node.handle(now, command(RobotOrder::Go(there))).unwrap();
         let place = "[0, 3] at latitude 0.000045, longitude 2.000314";
-        assert_eq!(of_coordinator.lines(&node, &ordered), [format!("ordered: robot 1 goes to {place}")]);
-        assert!(of_coordinator.lines(&node, &ordered).is_empty(), "once");
+        assert_eq!(of_coordinator.orders(&node, &ordered), [format!("ordered: robot 1 goes to {place}")]);
+        assert!(of_coordinator.orders(&node, &ordered).is_empty(), "once");
         let from = Participant::Coordinator;
         let told = ordered.published.into_iter().flat_map(|(_, message)| {
             let effects = agent.handle(now, Event::Received { from, message }).unwrap();
@@ -560,8 +592,8 @@ mod tests {
         });
         assert_eq!(told.collect::<Vec<_>>(), ["sent to [0, 3]"]);
         let paused = node.handle(now, Event::Commanded(Command::Team(TeamOrder::Pause))).unwrap();
-        assert_eq!(of_coordinator.lines(&node, &paused), ["ordered: all robots pause"]);
-        assert!(of_coordinator.lines(&node, &paused).is_empty(), "once");
+        assert_eq!(of_coordinator.orders(&node, &paused), ["ordered: all robots pause"]);
+        assert!(of_coordinator.orders(&node, &paused).is_empty(), "once");
     }
 
     #[test]

@@ -307,16 +307,20 @@ impl Driver<'_> {
             }
             Incoming::Left(participant, _) => {
                 self.gone.insert(participant);
-                self.teller.inform(
-                    Kind::Left,
-                    Sender::Known(participant),
-                    format_args!("{participant} has left"),
-                );
-                if let Participant::Robot(robot) = participant {
-                    self.narrator.lose(robot);
-                    if participant != link.me() && !self.contender.stands() {
-                        self.handle(link, now, Event::Lost(robot)).await?;
-                    }
+                let lost = match participant {
+                    Participant::Robot(robot) => self.narrator.lose(robot, self.machine.cell_of(robot)),
+                    Participant::Coordinator => None,
+                };
+                let sender = Sender::Known(participant);
+                match lost {
+                    Some(lost) => self.teller.warn(Kind::Left, sender, lost),
+                    None => self.teller.inform(Kind::Left, sender, format_args!("{participant} has left")),
+                }
+                if let Participant::Robot(robot) = participant
+                    && participant != link.me()
+                    && !self.contender.stands()
+                {
+                    self.handle(link, now, Event::Lost(robot)).await?;
                 }
             }
         }

@@ -309,13 +309,13 @@ mod tests {
     /// The cells in sight of the south-western one, as a drawing: `o` in sight, `x` not; its first line is the northern
     /// edge.
     fn seen(drawing: &str) -> String {
-        seen_on(Terrain::from_ascii(drawing, 1.0).unwrap())
+        seen_on(&Terrain::from_ascii(drawing, 1.0).unwrap())
     }
 
-    fn seen_on(terrain: Terrain) -> String {
+    fn seen_on(terrain: &Terrain) -> String {
         let grid = terrain.grid();
         let from = grid.cell(Position { row: 0, column: 0 }).unwrap();
-        let line_of_sight = LineOfSight::behind_walls(&terrain, 9);
+        let line_of_sight = LineOfSight::behind_walls(terrain, 9);
         let mark = |row, column| {
             let to = grid.cell(Position { row, column }).unwrap();
             if line_of_sight.hides(from, grid.offset(from, to)) { 'x' } else { 'o' }
@@ -333,9 +333,9 @@ mod tests {
     #[test]
     fn a_wall_thinner_than_a_cell_hides_what_is_behind_it_and_is_seen_itself() {
         let terrain = Terrain::from_ascii("....\n~~~~\n....\n....", 1.0).unwrap();
-        assert_eq!(seen_on(terrain.clone()), "oooo\noooo\noooo\noooo");
+        assert_eq!(seen_on(&terrain), "oooo\noooo\noooo\noooo");
         let along: Vec<Cell> = terrain.grid().cells().filter(|&cell| !terrain.is_traversable(cell)).collect();
-        assert_eq!(seen_on(terrain.with_thin_walls(along)), "xxxx\noooo\noooo\noooo");
+        assert_eq!(seen_on(&terrain.with_thin_walls(along)), "xxxx\noooo\noooo\noooo");
     }
 
     #[test]

@@ -32,6 +32,8 @@ fn one_json_object_holds_all_measures() {
         "robots_at_base",
         "mission_time_s",
         "expected_remaining",
+        "cells_out_of_reach",
+        "expected_out_of_reach",
         "last_find_s",
         "tail_s",
         "decisions",

@@ -66,6 +66,10 @@ fn check_geojson(account: &Account, seen: &Value) {
     assert_eq!(tracks[0]["positions"].as_array().unwrap().len(), STEPS as usize);
     assert_eq!(tracks[0]["properties"]["coordTimes"][17], "2026-03-01T12:02:50Z");
     check_bands(account, &of("cleared"));
+    let not_searched = of("not_searched");
+    let cells = account.terrain.searched_cells().filter(|cell| account.pod[cell.index()] < 0.1).count();
+    assert!(cells > 0 && not_searched.len() == 1, "{not_searched:?}");
+    assert_eq!(not_searched[0]["properties"]["cells"], cells);
     let south = features.iter().find(|it| it["properties"]["name"] == "South").unwrap();
     assert!(is_near(&south["properties"]["poa"], 0.6) && number(&south["properties"]["pod"]) > 0.95);
 }

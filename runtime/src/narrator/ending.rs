@@ -33,10 +33,10 @@ impl Ending {
         self.activities.insert(robot, activity);
     }
 
-    /// A robot has left.
-    pub(super) fn lose(&mut self, robot: RobotId) {
+    /// A robot has left; returns what it did last.
+    pub(super) fn lose(&mut self, robot: RobotId) -> Option<Activity> {
         self.silent.remove(&robot);
-        self.activities.remove(&robot);
+        self.activities.remove(&robot)
     }
 
     /// That all robots rest, and why, once.

@@ -57,6 +57,9 @@ pub(super) struct Report {
     mission_time_s: f64,
     /// Expected number of objects in reach beyond those found.
     expected_remaining: f64,
+    /// Searched cells that no robot can observe, and the number of objects expected there.
+    cells_out_of_reach: usize,
+    expected_out_of_reach: f64,
     /// Where the one subject is; absent unless exactly one is sought.
     #[serde(skip_serializing_if = "Option::is_none")]
     subject: Option<Subject>,
@@ -133,6 +136,8 @@ impl Report {
         let (seconds, robots) = (outcome.ended.as_seconds(), scenario.robots().len());
         let is_simulated = outcome.network.sent > 0;
         let FindCounts { confirmed, dismissed, .. } = FindCounts::of(&decided(scenario, &ended.episode));
+        let terrain = scenario.terrain();
+        let out_of_reach: Vec<Cell> = terrain.searched_cells().filter(|&cell| !reach.covers(cell)).collect();
         let if_defined = |share: f64| (score.object_count() > 0).then_some(share);
         Self {
             scenario: scenario.name().to_owned(),
@@ -159,6 +164,11 @@ impl Report {
                 .map(|_| at_start.iter().filter(|&&is_back| is_back).count()),
             mission_time_s: seconds,
             expected_remaining: ended.episode.expected_remaining,
+            cells_out_of_reach: out_of_reach.len(),
+            expected_out_of_reach: out_of_reach
+                .iter()
+                .map(|&cell| ended.episode.belief.probability(cell))
+                .sum(),
             subject: ended.episode.subject.map(Subject::from),
             last_find_s: outcome.last_find.map(dragnet_scenario::time::MissionTime::as_seconds),
             tail_s: outcome.tail().as_secs_f64(),
@@ -257,11 +267,14 @@ impl Report {
     fn left(&self, scenario: &Scenario) -> String {
         let expected = self.expected_remaining;
         let limit = scenario.mission().stop_when_expected_remaining;
-        let unreachable = self.subject.as_ref().map_or(0.0, |subject| subject.out_of_reach);
+        let unreachable =
+            self.subject.as_ref().map_or(self.expected_out_of_reach, |subject| subject.out_of_reach);
+        let cells = self.cells_out_of_reach;
         let limit = match limit {
             Some(limit) if expected > limit => format!("; the search is NOT complete, which is at {limit}"),
             Some(limit) if unreachable > limit => format!(
-                "; the search of what is in reach is complete at {limit}, that of the area is NOT: {unreachable:.2} out of reach"
+                "; the search of what is in reach is complete at {limit}, that of the area is NOT: {unreachable:.2} in {cells} \
+                 cells out of reach"
             ),
             Some(limit) => format!("; the search is complete at {limit}"),
             None => String::new(),

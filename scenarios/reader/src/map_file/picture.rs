@@ -1,9 +1,9 @@
 //! Images as brightness values: PGM, PPM, PBM and PNG, with 8 or 16 bits.
 
-use std::io::Cursor;
+use std::io::{Cursor, ErrorKind};
 use std::path::Path;
 
-use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageReader, Pixel, Primitive};
+use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageError, ImageReader, Pixel, Primitive};
 
 use super::{MapFileError, read_bytes};
 
@@ -45,13 +45,20 @@ pub(super) fn decode(file: &Path, bytes: &[u8]) -> Result<Picture, MapFileError>
 }
 
 fn decoder<'a>(file: &Path, bytes: &'a [u8]) -> Result<impl ImageDecoder + use<'a>, MapFileError> {
-    let reader =
-        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| no_image(file, &error))?;
+    let reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| no_image(file, &error.into()))?;
     reader.into_decoder().map_err(|error| no_image(file, &error))
 }
 
-fn no_image(file: &Path, error: &dyn std::fmt::Display) -> MapFileError {
-    MapFileError::syntax(file, format!("no PGM or PNG image: {error}"))
+fn no_image(file: &Path, error: &ImageError) -> MapFileError {
+    let reason = match error {
+        ImageError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => {
+            "no whole PGM or PNG image: it is cut off".to_owned()
+        }
+        error => format!("no PGM or PNG image: {error}"),
+    };
+    MapFileError::syntax(file, reason)
 }
 
 fn checked_size(file: &Path, decoder: &impl ImageDecoder) -> Result<(u32, u32), MapFileError> {

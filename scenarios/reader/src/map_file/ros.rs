@@ -112,7 +112,8 @@ fn mode<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mode, D::Error> {
 
 pub(super) fn load(file: &Path, cell_meters: f64) -> Result<MapFile, MapFileError> {
     let (header, origin) = read_header(file, &read_text_at_most(file, MAX_HEADER_BYTES)?)?;
-    let picture = picture::load(&file.with_file_name(&header.image))?;
+    let picture =
+        picture::load(&file.with_file_name(&header.image)).map_err(|error| of_image(file, &error))?;
     let terrain = raster(&header, &picture).terrain(file, cell_meters)?;
     Ok(MapFile { origin, ..MapFile::unplaced(terrain) })
 }
@@ -120,8 +121,14 @@ pub(super) fn load(file: &Path, cell_meters: f64) -> Result<MapFile, MapFileErro
 /// The size of a map, without its pixels.
 pub(super) fn extent(file: &Path) -> Result<Extent, MapFileError> {
     let (header, _) = read_header(file, &read_text_at_most(file, MAX_HEADER_BYTES)?)?;
-    let (columns, rows) = picture::size(&file.with_file_name(&header.image))?;
+    let size = picture::size(&file.with_file_name(&header.image));
+    let (columns, rows) = size.map_err(|error| of_image(file, &error))?;
     Ok(Extent { columns, rows, pixel_meters: header.resolution })
+}
+
+/// The image is at fault, or its name in this file.
+fn of_image(file: &Path, error: &MapFileError) -> MapFileError {
+    MapFileError::syntax(file, format!("image: {error}"))
 }
 
 fn read_header(file: &Path, text: &str) -> Result<(Header, MapOrigin), MapFileError> {

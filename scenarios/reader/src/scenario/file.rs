@@ -116,7 +116,8 @@ pub struct SensorTable {
     #[schemars(extend("enum" = ["gaussian", "clipped"]))]
     pub noise: String,
     /// Whether walls hide what is behind them from robots on the ground. Walls are cells that are neither traversable nor
-    /// searched. Without it sensors see through them, as in the paper; vehicles with cameras never do.
+    /// searched, and those that a thinner wall of a pixel map leads along. Without it sensors see through them, as in the
+    /// paper; vehicles with cameras never do.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub line_of_sight: bool,
 }

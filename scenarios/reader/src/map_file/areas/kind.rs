@@ -17,7 +17,7 @@ pub(super) const LINEAR_FEATURE: &str = "linear_feature";
 pub(super) const START: &str = "start";
 
 /// Kinds that an export adds to the areas of its mission, which are not inputs of a search.
-const EXPORTED: [&str; 6] = ["found", "dismissed", "clue", "searched", TRACK, "cleared"];
+const EXPORTED: [&str; 7] = ["found", "dismissed", "clue", "searched", TRACK, "cleared", "not_searched"];
 /// The kind of a robot's track in an export.
 pub(super) const TRACK: &str = "track";
 
