@@ -340,7 +340,8 @@ impl Agent {
             | Event::Commanded(_)
             | Event::Doubled(_)
             | Event::Pictured(_)
-            | Event::ClockSet(_) => {}
+            | Event::ClockSet(_)
+            | Event::Began { .. } => {}
         }
         self.plan_to_think_again(now);
         Effects { wake_at: self.wake_at(), activity: self.activity, ..effects }

@@ -128,9 +128,11 @@ impl MissionFold {
                 Change::default()
             }
             // Orders are what robots are to do: what they do is in their plans. The others follow from the records above.
-            Record::Orders(_) | Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) => {
-                Change::default()
-            }
+            Record::Orders(_)
+            | Record::Pose { .. }
+            | Record::Plan { .. }
+            | Record::Belief(_)
+            | Record::Began { .. } => Change::default(),
             Record::Picture(picture) => {
                 self.pictures.insert(picture.facts.cell, Arc::clone(picture));
                 Change::default()

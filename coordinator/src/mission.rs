@@ -144,6 +144,11 @@ pub enum Record {
     Picture(Arc<Picture>),
     /// The belief as it is shown, recorded periodically and at the end.
     Belief(Arc<Belief>),
+    /// The date of mission time 0, which the coordinator's clock knows better from now on.
+    Began {
+        /// Unix time, nanoseconds.
+        unix_ns: i64,
+    },
 }
 
 /// One mission.
@@ -229,6 +234,7 @@ impl Mission {
             }
             Event::Commanded(command) => self.command(now, command, &mut outcome),
             Event::ClockSet(by) => self.set_forward(now, by, &mut outcome),
+            Event::Began { unix_ns } => outcome.records.push(Record::Began { unix_ns }),
             Event::Doubled(robots) => {
                 self.doubled = robots;
                 self.report(now, &mut outcome);

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use dragnet_proto::clock;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::message::{Message, MessageKind};
 use dragnet_proto::picture::Assembly;
@@ -49,7 +50,7 @@ pub struct Playback {
     pub prior: Vec<f32>,
     /// The records with the time at which the coordinator received them, in that order.
     pub records: Vec<(MissionTime, Record)>,
-    /// The mission's start, Unix time, nanoseconds.
+    /// The date of mission time 0, as the coordinator knew it at the end: Unix time, nanoseconds.
     pub start_unix_ns: u64,
     /// The mission's position on the earth, if recorded.
     pub earth: Option<Earth>,
@@ -146,7 +147,7 @@ impl Playback {
         Ok(Self {
             terrain: Arc::new(with_line_of_sight(terrain, &run)),
             origin: tape.origin,
-            start_unix_ns: tape.start_unix_ns,
+            start_unix_ns: tape.began_unix_ns.unwrap_or(tape.start_unix_ns),
             earth: earth.map_err(|reason| unreadable(&reason))?,
             prior: tape.prior.ok_or_else(|| unreadable("it has no belief"))?,
             records: tape.records,
@@ -188,7 +189,10 @@ pub fn prior_belief(terrain: &Terrain, prior: &[f32]) -> Belief {
 /// The records read so far.
 #[derive(Default)]
 struct Tape {
+    /// The date of mission time 0 by which the beginning is dated.
     start_unix_ns: u64,
+    /// The same of the last message that tells it.
+    began_unix_ns: Option<u64>,
     /// Areas on the earth, if they are not lost.
     areas: Option<String>,
     topics: BTreeMap<u16, String>,
@@ -282,13 +286,13 @@ impl Tape {
             self.prior = Some(self.prior_of(&grid)?);
         } else if let Some(kind) = kind(topic) {
             let message = self.codec()?.decode(kind, data).map_err(|error| text(&error))?;
-            self.records.extend(record(message).map(|record| (self.time(header), record)));
+            self.extend(header, record(message));
         } else if matches!(RobotTopic::parse(topic), Some((_, RobotTopic::Picture))) {
             let part = self.codec()?.decode_picture(data).map_err(|error| text(&error))?;
             let mut assembly = Assembly::of(&part);
             assembly.add(&part);
             let picture = assembly.whole().ok_or("a part of a picture, not the whole")?;
-            self.records.push((self.time(header), Record::Picture(Arc::new(picture))));
+            self.extend(header, Some(Record::Picture(Arc::new(picture))));
         }
         Ok(())
     }
@@ -298,8 +302,17 @@ impl Tape {
         Ok(Codec::new(terrain.grid()))
     }
 
-    fn time(&self, header: MessageHeader) -> MissionTime {
-        MissionTime(header.log_time.saturating_sub(self.start_unix_ns))
+    /// Takes a record with the time at which the coordinator received it. The date of mission time 0 is that by which the
+    /// record is dated: the coordinator's clock may have been set since the last one.
+    fn extend(&mut self, header: MessageHeader, record: Option<Record>) {
+        let Some(record) = record else { return };
+        let time_ns = own_time_ns(&record).filter(|&time_ns| Duration::from_nanos(time_ns) <= clock::LONGEST);
+        self.began_unix_ns = match time_ns {
+            Some(time_ns) => Some(header.publish_time.saturating_sub(time_ns)),
+            None => self.began_unix_ns,
+        };
+        let began = self.began_unix_ns.unwrap_or(self.start_unix_ns);
+        self.records.push((MissionTime(header.log_time.saturating_sub(began)), record));
     }
 
     /// A later belief would be mistaken for the prior if that is lost.
@@ -363,6 +376,22 @@ fn kind(topic: &str) -> Option<MessageKind> {
         RobotTopic::Zones => Some(MessageKind::Zones),
         RobotTopic::Marks => Some(MessageKind::Marks),
         RobotTopic::Pose | RobotTopic::Fix | RobotTopic::Path | RobotTopic::Picture => None,
+    }
+}
+
+/// The mission time that a record says itself, nanoseconds.
+fn own_time_ns(record: &Record) -> Option<u64> {
+    match record {
+        Record::Observation(observation) => Some(observation.time_ns),
+        Record::Intent(intent) => Some(intent.time_ns),
+        Record::Heartbeat(heartbeat) => Some(heartbeat.time_ns),
+        Record::Status(status) => Some(status.time_ns),
+        Record::Verdicts(report) => Some(report.time_ns),
+        Record::Orders(report) => Some(report.time_ns),
+        Record::Zones(report) => Some(report.time_ns),
+        Record::Marks(report) => Some(report.time_ns),
+        Record::Picture(picture) => Some(picture.facts.time_ns),
+        Record::Pose { .. } | Record::Plan { .. } | Record::Belief(_) | Record::Began { .. } => None,
     }
 }
 

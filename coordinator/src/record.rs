@@ -32,8 +32,12 @@
 //! `beginning.mcap.zst` too, before the first chunk and, in a recording that is finished, at the end. The scenario is
 //! attached as `scenario.toml`. For a georeferenced mission, the metadata `earth` hold its position, and
 //! `areas.geojson` its areas. The metadata `run` hold facts about the run from its start, the metadata `summary` its
-//! results. The log time of a message is the mission time at which the coordinator received it, its publish time that
-//! of its sender. The same records make the same bytes.
+//! results. The log time of a message is the date of the mission time at which the coordinator received it, its publish time
+//! that of the message's own time. The same records make the same bytes.
+//!
+//! A coordinator knows the date of mission time 0 only once it hears a robot, and better when its clock is set forward. What
+//! is written before stays as it is dated; each message tells that date by its publish time and its own, so that none
+//! depends on another.
 
 mod channels;
 pub mod encoder;
@@ -210,6 +214,10 @@ impl Recorder {
     /// If it cannot be written, for example when the disk has been full for so long that no more can wait in memory.
     /// What was flushed before stays readable, but nothing more can be recorded.
     pub fn record(&mut self, now: MissionTime, record: &Record) -> Result<(), RecordingError> {
+        if let Record::Began { unix_ns } = record {
+            // For a further file.
+            self.header.start_unix_ns = *unix_ns;
+        }
         let messages = self.encoder.encode(now, record);
         self.put(&messages)?;
         if self.is_of_operator(record) {

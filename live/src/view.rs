@@ -254,7 +254,8 @@ impl View {
             | Record::Pose { .. }
             | Record::Plan { .. }
             | Record::Picture(_)
-            | Record::Belief(_) => {}
+            | Record::Belief(_)
+            | Record::Began { .. } => {}
         }
     }
 

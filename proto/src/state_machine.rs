@@ -168,6 +168,11 @@ pub enum Event<M> {
     /// The participant's clock was set forward by this, because another has counted longer: what it dated before happened
     /// later than it says.
     ClockSet(Duration),
+    /// The date of mission time 0, as the participant's clock knows it now. It is for people: nothing of the mission depends on it.
+    Began {
+        /// Unix time by the participant's computer, nanoseconds.
+        unix_ns: i64,
+    },
 }
 
 impl<M> Event<M> {
@@ -194,6 +199,7 @@ impl<M> Event<M> {
             Self::Doubled(robots) => Event::Doubled(robots),
             Self::Pictured(picture) => Event::Pictured(picture),
             Self::ClockSet(by) => Event::ClockSet(by),
+            Self::Began { unix_ns } => Event::Began { unix_ns },
         })
     }
 }

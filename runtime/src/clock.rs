@@ -9,6 +9,8 @@ use dragnet_proto::clock::{Adjustment, Kept, MissionClock};
 use dragnet_scenario::time::MissionTime;
 use tokio::time::Instant;
 
+use crate::unix_time;
+
 /// Mission time by this process's clock.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
@@ -103,6 +105,12 @@ impl Clock {
     pub fn instant(&self, time: MissionTime) -> Instant {
         let left = self.mission.until(self.local(), time);
         Instant::now() + left.unwrap_or(FARTHEST).min(FARTHEST)
+    }
+
+    /// The date of mission time 0 by this computer, Unix time in nanoseconds, at least 0: for people.
+    #[must_use]
+    pub(crate) fn start_unix_ns(&self) -> i64 {
+        unix_time::now_ns().saturating_sub_unsigned(self.now().0).max(0)
     }
 
     /// The values to store for a later start.

@@ -100,6 +100,7 @@ pub async fn run(
         doubles: Doubles::default(),
         pace: Pace::default(),
         set_forward: Duration::ZERO,
+        has_begun: false,
         doubled: BTreeSet::new(),
         contender: Contender::new(link.claim()),
         told_stands: (false, None),
@@ -200,6 +201,8 @@ struct Driver<'a> {
     pace: Pace,
     /// By how much the clock was set forward since the state machine was last told.
     set_forward: Duration,
+    /// Whether the mission has begun, as the state machine was last told.
+    has_begun: bool,
     /// Robots with several processes, as the state machine knows them.
     doubled: BTreeSet<RobotId>,
     /// Whether it stops and publishes nothing, because another process of its number goes on.
@@ -258,10 +261,16 @@ impl Driver<'_> {
         }
     }
 
-    /// The clock was set forward: what was dated by it is too, once that is more than messages take.
+    /// The clock was set forward: what was dated by it is too, once that is more than messages take. The date of mission time
+    /// 0 is then another one, as it is when a clock that stood still goes on.
     async fn set_forward(&mut self, link: &Link, clock: &Clock, by: Duration) -> Result<(), RuntimeError> {
         self.set_forward += by;
-        if self.set_forward < clock.least_adjustment() {
+        let has_moved = self.set_forward >= clock.least_adjustment();
+        let begins = clock.has_begun() && !std::mem::replace(&mut self.has_begun, clock.has_begun());
+        if begins || has_moved {
+            self.handle(link, clock.now(), Event::Began { unix_ns: clock.start_unix_ns() }).await?;
+        }
+        if !has_moved {
             return Ok(());
         }
         let by = std::mem::take(&mut self.set_forward);

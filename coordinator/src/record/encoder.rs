@@ -100,6 +100,7 @@ impl Encoded {
 
 /// Makes the messages of one mission.
 pub struct Encoder {
+    /// The date of mission time 0, by which the next messages are dated.
     start_unix_ns: i64,
     terrain: Arc<Terrain>,
     origin: MapOrigin,
@@ -187,6 +188,10 @@ impl Encoder {
             }
             Record::Picture(picture) => self.picture(at(picture.facts.time_ns), picture),
             Record::Belief(belief) => self.belief(now, belief).into(),
+            Record::Began { unix_ns } => {
+                self.start_unix_ns = *unix_ns;
+                Vec::new()
+            }
         }
     }
 

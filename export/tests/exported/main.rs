@@ -5,6 +5,7 @@
 )]
 
 mod account;
+mod dates;
 #[path = "../../../tests/python/interpreter.rs"]
 mod interpreter;
 mod marks;

@@ -66,7 +66,8 @@ impl TryFrom<&Step> for wire::Step {
                 | Event::MustReturn(_)
                 | Event::Doubled(_)
                 | Event::Pictured(_)
-                | Event::ClockSet(_),
+                | Event::ClockSet(_)
+                | Event::Began { .. },
             ) => return Err(NotSimulated),
             StepEvent::Report => Self { kind: REPORT, ..empty },
             StepEvent::Finish => Self { kind: FINISH, ..empty },

@@ -9,10 +9,13 @@ use dragnet_search::evidence::{Digest, Reading};
 
 use super::*;
 use crate::session::{Endpoints, free_endpoints, open};
+use crate::unix_time;
 
 /// A coordinator that reports each heartbeat: its own time, and the robot's.
 struct Listener {
     node: CoordinatorNode,
+    /// The date of mission time 0 that it was told last, Unix time in nanoseconds.
+    began_unix_ns: Option<i64>,
     received: mpsc::UnboundedSender<(MissionTime, MissionTime)>,
 }
 
@@ -24,6 +27,9 @@ impl StateMachine for Listener {
     ) -> Result<Effects<Message>, ParticipantError> {
         if let Event::Received { message: Message::Heartbeat(heartbeat), .. } = &event {
             let _ = self.received.send((now, MissionTime(heartbeat.time_ns)));
+        }
+        if let Event::Began { unix_ns } = event {
+            self.began_unix_ns = Some(unix_ns);
         }
         self.node.handle(now, event)
     }
@@ -78,6 +84,7 @@ async fn a_coordinator_that_starts_late_adopts_its_robots_time() {
     let (received, mut times) = mpsc::unbounded_channel();
     let mut listener = Listener {
         node: CoordinatorNode::new(Mission::new(CoordinatorConfig::of(&scenario)), None),
+        began_unix_ns: None,
         received,
     };
     let (_, no_reports) = mpsc::channel(1);
@@ -91,6 +98,8 @@ async fn a_coordinator_that_starts_late_adopts_its_robots_time() {
     };
     assert!(robots >= long_after);
     assert!(own >= robots, "{own:?} {robots:?}");
+    let ago_ns = u64::try_from(unix_time::now_ns() - listener.began_unix_ns.unwrap()).unwrap();
+    assert!(MissionTime(ago_ns) >= long_after, "mission time 0 was before it started: {ago_ns} ns ago");
     searching.abort();
 }
 
