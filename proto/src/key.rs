@@ -4,17 +4,19 @@
 //! dragnet/<mission>/robots/<robot>/{observation,intent,heartbeat,verdicts,orders,zones,marks}
 //! dragnet/<mission>/robots/<robot>/picture
 //! dragnet/<mission>/robots/<robot>/alive/<seniority>/<identity>
+//! dragnet/<mission>/robots/<robot>/scenario/<digest>
 //! dragnet/<mission>/robots/<from>/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/coordinator/{status,verdicts,orders,zones,marks}
 //! dragnet/<mission>/coordinator/alive/<seniority>/<identity>
+//! dragnet/<mission>/coordinator/scenario/<digest>
 //! dragnet/<mission>/coordinator/{sync_request,sync_reply}/<to>
 //! dragnet/<mission>/sim/step/<participant>
 //! dragnet/<mission>/sim/sensed/<robot>
 //! ```
 //!
 //! `<robot>` is a number, `<from>` too; `<to>` and `<participant>` are a number or `coordinator`; `<seniority>` and
-//! `<identity>` are the claim of a process ([`crate::sender`]), a number to 255 and 16 hexadecimal digits. [`Key`]'s
-//! `Display` builds each key, its `FromStr` parses each; they are inverse.
+//! `<identity>` are the claim of a process ([`crate::sender`]), a number to 255 and 16 hexadecimal digits; `<digest>` is that of
+//! its scenario ([`crate::scenario_digest`]). [`Key`]'s `Display` builds each key, its `FromStr` parses each; they are inverse.
 
 mod mission;
 mod selection;
@@ -29,6 +31,7 @@ pub use mission::{Mission, MissionError};
 pub use selection::Selection;
 
 use crate::message::{Audience, MessageKind};
+use crate::scenario_digest::ScenarioDigest;
 use crate::sender::Claim;
 
 const ROOT: &str = "dragnet";
@@ -58,6 +61,13 @@ pub enum Topic {
         participant: Participant,
         /// The claim of its process.
         claim: Claim,
+    },
+    /// Liveliness token that tells a participant's scenario.
+    Scenario {
+        /// The participant.
+        participant: Participant,
+        /// The digest of its scenario.
+        digest: ScenarioDigest,
     },
     /// Requests of one participant to another, [`MessageKind::SyncRequest`].
     SyncRequest {
@@ -129,7 +139,11 @@ impl Topic {
             Self::Orders(from) => Some((MessageKind::Orders, from)),
             Self::Zones(from) => Some((MessageKind::Zones, from)),
             Self::Marks(from) => Some((MessageKind::Marks, from)),
-            Self::Alive { .. } | Self::Picture(_) | Self::SimStep(_) | Self::SimSensed(_) => None,
+            Self::Alive { .. }
+            | Self::Scenario { .. }
+            | Self::Picture(_)
+            | Self::SimStep(_)
+            | Self::SimSensed(_) => None,
         }
     }
 }
@@ -143,6 +157,9 @@ impl fmt::Display for Key {
             Topic::Heartbeat(robot) => write!(formatter, "robots/{robot}/heartbeat"),
             Topic::Alive { participant, claim: Claim { seniority, identity } } => {
                 write!(formatter, "{}/alive/{seniority}/{identity:016x}", Home(participant))
+            }
+            Topic::Scenario { participant, digest } => {
+                write!(formatter, "{}/scenario/{digest}", Home(participant))
             }
             Topic::SyncRequest { from, to } => {
                 write!(formatter, "{}/sync_request/{}", Home(from), Address(to))
@@ -249,6 +266,11 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
             Topic::Alive { participant, claim }
         }
+        ["robots", robot, "scenario", digest] => {
+            let participant = Participant::Robot(number(robot)?);
+            let Ok(digest) = digest.parse() else { return Ok(None) };
+            Topic::Scenario { participant, digest }
+        }
         ["robots", from, "sync_request", to] => {
             Topic::SyncRequest { from: Participant::Robot(number(from)?), to: address(to)? }
         }
@@ -263,6 +285,10 @@ fn topic(chunks: &[&str]) -> Result<Option<Topic>, NotARobot> {
         [COORDINATOR, "alive", seniority, identity] => {
             let Some(claim) = claim(seniority, identity) else { return Ok(None) };
             Topic::Alive { participant: from_coordinator, claim }
+        }
+        [COORDINATOR, "scenario", digest] => {
+            let Ok(digest) = digest.parse() else { return Ok(None) };
+            Topic::Scenario { participant: from_coordinator, digest }
         }
         [COORDINATOR, "sync_request", to] => Topic::SyncRequest { from: from_coordinator, to: address(to)? },
         [COORDINATOR, "sync_reply", to] => Topic::SyncReply { from: from_coordinator, to: address(to)? },

@@ -2,6 +2,7 @@
 //!
 //! - [`message`], [`step`], [`dragnet_msgs`], [`convert`]: the content, as ROS 2 messages in CDR;
 //! - [`key`], [`sender`], [`clock`]: keys, sending processes, and mission time;
+//! - [`scenario_digest`]: what the scenarios of all participants must have in common;
 //! - [`replica`], [`validation`], [`knowledge`]: each observation counts exactly once, and only if it is physically possible;
 //! - [`picture`]: pictures of finds, which the coordinator asks robots for;
 //! - [`radio`]: which message a radio with a limited rate sends next;
@@ -29,6 +30,7 @@ pub mod picture;
 pub mod radio;
 pub mod replica;
 pub mod runs;
+pub mod scenario_digest;
 pub mod sender;
 pub mod state_machine;
 pub mod step;

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use dragnet_proto::convert::{self, Codec};
 use dragnet_proto::key::{Key, Mission, Selection, Topic};
 use dragnet_proto::message::{Audience, Message};
+use dragnet_proto::scenario_digest::{Difference, ScenarioDigest};
 use dragnet_proto::sender::{Claim, Envelope};
 use dragnet_scenario::participant::Participant;
 use dragnet_search::cell::Grid;
@@ -36,6 +37,12 @@ pub struct Link<Me = Participant> {
     started: Instant,
     /// The liveliness token of this participant.
     token: Option<LivelinessToken>,
+    /// The scenario of this process, if it tells it and compares others with it.
+    scenario: Option<ScenarioDigest>,
+    /// The liveliness token that tells it.
+    scenario_token: Option<LivelinessToken>,
+    /// The scenarios that others told last.
+    scenarios: BTreeMap<Participant, ScenarioDigest>,
 }
 
 /// The owner of a link that only listens: it receives the messages that are published to all, and publishes nothing.
@@ -75,6 +82,8 @@ pub enum Incoming {
     Came(Participant, u64),
     /// The last process of a participant has left.
     Left(Participant, u64),
+    /// A participant tells another scenario than that of this process: how it differs.
+    OtherScenario(Participant, Difference),
 }
 
 impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
@@ -118,6 +127,15 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
                 .await
                 .map_err(RuntimeError::zenoh(what))?;
         }
+        let (of_scenarios, on_scenarios) = (codec.clone(), inlet.clone());
+        session
+            .liveliness()
+            .declare_subscriber(mission.expression(Selection::Scenarios))
+            .history(true)
+            .callback(move |sample| put_scenario(&on_scenarios, &sample, &of_scenarios))
+            .background()
+            .await
+            .map_err(RuntimeError::zenoh("watch the scenarios of others"))?;
         let of_presence = codec.clone();
         session
             .liveliness()
@@ -138,7 +156,15 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
             claim: Claim { seniority: 0, identity },
             started: Instant::now(),
             token: None,
+            scenario: None,
+            scenario_token: None,
+            scenarios: BTreeMap::new(),
         })
+    }
+
+    /// From now on the scenarios that others tell are compared with this one, and the next announcement tells it.
+    pub const fn set_scenario(&mut self, digest: ScenarioDigest) {
+        self.scenario = Some(digest);
     }
 
     fn participant(&self) -> Option<Participant> {
@@ -149,9 +175,14 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
     pub async fn receive(&mut self) -> Option<Incoming> {
         loop {
             match self.waiting.take().await? {
-                Arrival::Message { from, raw } => {
-                    return Some(read(raw, from, &self.codec));
-                }
+                Arrival::Message { from, raw } => match read(raw, from, &self.codec) {
+                    Read::Message(incoming) => return Some(incoming),
+                    Read::Scenario(participant, digest) => {
+                        if let Some(difference) = self.compared(participant, digest) {
+                            return Some(Incoming::OtherScenario(participant, difference));
+                        }
+                    }
+                },
                 Arrival::Presence { participant, claim, is_here } => {
                     let change = if is_here { Tokens::come } else { Tokens::leave };
                     let change = change(&mut self.tokens, participant, claim);
@@ -161,6 +192,12 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
                 }
             }
         }
+    }
+
+    /// How the scenario of a participant differs, if that is news.
+    fn compared(&mut self, participant: Participant, digest: ScenarioDigest) -> Option<Difference> {
+        let is_known = self.scenarios.insert(participant, digest) == Some(digest);
+        self.scenario.filter(|_| !is_known)?.difference(digest)
     }
 
     fn changed(&mut self, participant: Participant, change: Change) -> Incoming {
@@ -290,11 +327,16 @@ impl Link {
         self.me
     }
 
-    /// Announces this participant to the others by its liveliness token.
+    /// Announces this participant to the others by its liveliness token, and tells its scenario if that is set.
     ///
     /// # Errors
     /// If Zenoh refuses.
     pub async fn announce(&mut self) -> Result<(), RuntimeError> {
+        if let Some(digest) = self.scenario {
+            let key = self.mission.key(Topic::Scenario { participant: self.me, digest }).to_string();
+            let token = self.session.liveliness().declare_token(key).await;
+            self.scenario_token = Some(token.map_err(RuntimeError::zenoh("tell the scenario"))?);
+        }
         self.declare(self.claim).await
     }
 
@@ -373,6 +415,17 @@ fn put_presence(inlet: &Inlet, sample: &Sample, own: u64, codec: &Codec) {
     }
 }
 
+/// Queues what a participant of the team says about its scenario.
+fn put_scenario(inlet: &Inlet, sample: &Sample, codec: &Codec) {
+    let key: Option<Key> = sample.key_expr().as_str().parse().ok();
+    if let Some(Topic::Scenario { participant, .. }) = key.map(|key| key.topic)
+        && codec.knows(participant)
+        && sample.kind() == SampleKind::Put
+    {
+        inlet.message(Sender::Known(participant), raw(sample));
+    }
+}
+
 fn sender(from: Option<Participant>, codec: &Codec) -> Sender {
     from.filter(|&from| codec.knows(from)).map_or(Sender::Stranger, Sender::Known)
 }
@@ -384,13 +437,24 @@ fn raw(sample: &Sample) -> Raw {
     Raw { key, payload: sample.payload().to_bytes().into_owned(), envelope }
 }
 
-/// Decodes a message, or returns why it is rejected.
-fn read(raw: Raw, from: Sender, codec: &Codec) -> Incoming {
-    let refused = |key: String, reason: String| Incoming::Rejected { from, key, reason };
+/// What a sender has said.
+enum Read {
+    /// A message, or why it is rejected.
+    Message(Incoming),
+    /// The scenario of a participant.
+    Scenario(Participant, ScenarioDigest),
+}
+
+/// Decodes a message or a scenario.
+fn read(raw: Raw, from: Sender, codec: &Codec) -> Read {
+    let refused = |key: String, reason: String| Read::Message(Incoming::Rejected { from, key, reason });
     let key: Key = match raw.key.parse() {
         Ok(key) => key,
         Err(error) => return refused(raw.key, error.to_string()),
     };
+    if let Topic::Scenario { participant, digest } = key.topic {
+        return Read::Scenario(participant, digest);
+    }
     let Some((kind, from)) = key.topic.speech() else {
         let reason = match key.topic {
             Topic::Alive { participant, .. } => format!("{participant} is not in the team"),
@@ -403,7 +467,10 @@ fn read(raw: Raw, from: Sender, codec: &Codec) -> Incoming {
     };
     let message = codec.decode(kind, &raw.payload);
     match message.and_then(|message| convert::check_sender(&message, from).map(|()| message)) {
-        Ok(message) => Incoming::Message { from, identity, number, message },
+        Ok(message) => Read::Message(Incoming::Message { from, identity, number, message }),
         Err(error) => refused(raw.key, error.to_string()),
     }
 }
+
+#[cfg(test)]
+mod tests;

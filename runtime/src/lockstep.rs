@@ -141,7 +141,7 @@ impl<'a> LockstepNode<'a> {
                 self.teller.warn(Kind::NoMessage, from, text);
                 Ok(())
             }
-            Incoming::Came(..) => Ok(()),
+            Incoming::Came(..) | Incoming::OtherScenario(..) => Ok(()),
             Incoming::Left(participant, _) => {
                 let reason = "it left before the mission was over".to_owned();
                 if self.team.contains(&participant) {

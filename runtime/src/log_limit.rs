@@ -149,6 +149,8 @@ pub(crate) enum Kind {
     Double,
     /// There is one process again.
     One,
+    /// A participant has another scenario.
+    Scenario,
 }
 
 impl Kind {
@@ -179,6 +181,7 @@ impl fmt::Display for Kind {
             Self::Disbelief => formatter.write_str("rejected times"),
             Self::Two | Self::Double => formatter.write_str("duplicate processes"),
             Self::One => formatter.write_str("ends of duplicate processes"),
+            Self::Scenario => formatter.write_str("other scenarios"),
         }
     }
 }

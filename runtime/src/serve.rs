@@ -16,6 +16,7 @@ use dragnet_live::page::{Page, Settings};
 use dragnet_live::view::About;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
+use dragnet_proto::scenario_digest::ScenarioDigest;
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Places, Scenario};
@@ -92,6 +93,7 @@ pub fn agent(file: &Path, precedence: Precedence, make: detector::Make<'_>) -> R
                 resume(&mut agent, &config.journal(file), subject, config.common.real_time_factor)?;
             let codec = Codec::of(&scenario);
             let mut link = Link::join(session, mission, participant, codec.clone()).await?;
+            link.set_scenario(ScenarioDigest::of(&scenario));
             if precedence == Precedence::First {
                 link.take_over();
             }
@@ -290,6 +292,7 @@ pub fn coordinator(file: &Path, role: Role, version: &str) -> Result<(), Runtime
         };
         let watching = async {
             let mut link = Link::join(session.clone(), mission.clone(), participant, codec).await?;
+            link.set_scenario(ScenarioDigest::of(&scenario));
             enter(&mut link, &config.common.zenoh).await?;
             if let Some(server) = &shown {
                 tracing::info!("live page: {}", server.address());

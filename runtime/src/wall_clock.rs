@@ -314,6 +314,13 @@ impl Driver<'_> {
                     self.handle(link, now, Event::Came).await?;
                 }
             }
+            Incoming::OtherScenario(participant, difference) => {
+                let text = format_args!(
+                    "{participant} has another scenario than {}: {difference}; give all the same",
+                    link.me()
+                );
+                self.teller.warn(Kind::Scenario, Sender::Known(participant), text);
+            }
             Incoming::Left(participant, _) => {
                 self.gone.insert(participant);
                 let lost = match participant {

@@ -287,7 +287,10 @@ impl<'a> WorldServer<'a> {
                 self.world.set_route(robot, Vec::new());
                 self.observe(self.clock.now(), robot).await?;
             }
-            Incoming::Message { .. } | Incoming::Came(..) | Incoming::Left(Participant::Coordinator, _) => {}
+            Incoming::Message { .. }
+            | Incoming::Came(..)
+            | Incoming::Left(Participant::Coordinator, _)
+            | Incoming::OtherScenario(..) => {}
             Incoming::Rejected { from, key, reason } => {
                 let text = format_args!("rejected a message under {key}: {reason}");
                 self.teller.warn(Kind::NoMessage, from, text);

@@ -18,7 +18,7 @@ use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::observation::RobotId;
 
-use crate::field::{DRAGNET, Field};
+use crate::field::{DRAGNET, Field, Process};
 use crate::{eventually, scenario};
 
 const TEAM: &str = "name = \"field\"\n[map]\nshape = \"all_traversable\"\nrows = 8\ncolumns = 8\n[objects]\ncount = 1\n\
@@ -227,6 +227,39 @@ async fn a_journal_ahead_of_the_only_participant_is_reported_and_not_changed() {
         assert_eq!(std::fs::read(&journal).unwrap(), before);
     }
     speaking.abort();
+}
+
+/// A copy of the scenario that somebody has changed.
+#[test]
+fn a_robot_with_another_scenario_is_reported_by_the_doctor_and_by_all_logs() {
+    let field = Field::new(TEAM, 2, 1);
+    let threshold = "[mission]\ndetection_threshold = 0.9\n";
+    std::fs::write(field.path("other.toml"), TEAM.replace("[mission]\n", threshold)).unwrap();
+    let settings = field.robot_settings(2, None);
+    let text = std::fs::read_to_string(&settings).unwrap();
+    std::fs::write(&settings, text.replace("\"field.toml\"", "\"other.toml\"")).unwrap();
+    let log = |name: &str| field.path(&format!("{name}.log"));
+    let start = |name: &str, verb: &str, settings: &Path| {
+        Process::start_logged(Command::new(DRAGNET).args([verb, "--config"]).arg(settings), &log(name))
+    };
+    let coordinator = field.coordinator_settings(&field.path("field.mcap"));
+    let _coordinator = start("coordinator", "coordinator", &coordinator);
+    let _robot = start("robot", "agent", &settings);
+    let what = "another detection threshold or rate of radios";
+    for (name, expected) in [
+        ("coordinator", format!("robot 2 has another scenario than the coordinator: {what}; give")),
+        ("robot", format!("the coordinator has another scenario than robot 2: {what}; give")),
+    ] {
+        let told = || std::fs::read_to_string(log(name)).unwrap().matches(&expected).count();
+        eventually("the log tells it", || told() > 0);
+        assert_eq!(told(), 1);
+    }
+    let (said, will_do) = examine(&field.robot_settings(1, None), 3);
+    assert!(!will_do);
+    check(&said, &[&format!("FAIL  team: robot 2 has another scenario than these settings: {what}")]);
+    assert_eq!(said.matches("another scenario").count(), 1, "{said}");
+    let (said, _) = examine(&settings, 3);
+    check(&said, &["FAIL  team: the coordinator has another scenario than these settings"]);
 }
 
 /// The doctor predicts what a robot does with its journal when it starts, and changes nothing.

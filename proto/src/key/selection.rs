@@ -27,6 +27,8 @@ pub enum Selection {
     Pictures,
     /// Liveliness tokens of all robots and the coordinator.
     Alive,
+    /// Liveliness tokens that tell the scenarios of all robots and the coordinator.
+    Scenarios,
     /// Requests addressed to a participant.
     SyncRequestsTo(Participant),
     /// Replies addressed to a participant.
@@ -51,6 +53,7 @@ impl fmt::Display for Selection {
             Self::Marks => formatter.write_str("**/marks"),
             Self::Pictures => formatter.write_str("robots/*/picture"),
             Self::Alive => formatter.write_str("**/alive/*/*"),
+            Self::Scenarios => formatter.write_str("**/scenario/*"),
             Self::SyncRequestsTo(to) => write!(formatter, "**/sync_request/{}", Address(to)),
             Self::SyncRepliesTo(to) => write!(formatter, "**/sync_reply/{}", Address(to)),
             Self::PublishedBy(participant) => write!(formatter, "{}/**", Home(participant)),

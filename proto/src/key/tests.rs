@@ -23,6 +23,9 @@ fn topics() -> impl Strategy<Value = Topic> {
         (participants(), any::<u8>(), any::<u64>()).prop_map(|(participant, seniority, identity)| {
             Topic::Alive { participant, claim: Claim { seniority, identity } }
         }),
+        (participants(), any::<[u32; 4]>()).prop_map(|(participant, [map, robots, prior, mission])| {
+            Topic::Scenario { participant, digest: ScenarioDigest { map, robots, prior, mission } }
+        }),
         pair().prop_map(|(from, to)| Topic::SyncRequest { from, to }),
         pair().prop_map(|(from, to)| Topic::SyncReply { from, to }),
         Just(Topic::Status),
@@ -80,6 +83,9 @@ fn keys_are_spelled_as_documented() {
     let claim = Claim { seniority: Claim::TAKES_OVER, identity: u64::MAX };
     let coordinator = Topic::Alive { participant: Participant::Coordinator, claim };
     check(coordinator, "coordinator/alive/255/ffffffffffffffff");
+    let digest = ScenarioDigest { map: 1, robots: 2, prior: 3, mission: 0xab };
+    let scenario = Topic::Scenario { participant: three, digest };
+    check(scenario, "robots/3/scenario/00000001-00000002-00000003-000000ab");
     check(
         Topic::SyncRequest { from: three, to: Participant::Coordinator },
         "robots/3/sync_request/coordinator",
@@ -151,6 +157,7 @@ fn a_selection_matches_its_keys_and_no_others() {
     let (three, four) =
         (Participant::Robot(RobotId::new(3).unwrap()), Participant::Robot(RobotId::new(4).unwrap()));
     let coordinator = Participant::Coordinator;
+    let digest = ScenarioDigest { map: 1, robots: 2, prior: 3, mission: 4 };
     let topics = [
         Topic::Observation(RobotId::new(3).unwrap()),
         Topic::Intent(RobotId::new(4).unwrap()),
@@ -172,6 +179,8 @@ fn a_selection_matches_its_keys_and_no_others() {
         Topic::Zones(coordinator),
         Topic::Marks(three),
         Topic::Marks(coordinator),
+        Topic::Scenario { participant: three, digest },
+        Topic::Scenario { participant: coordinator, digest },
     ];
     let check = |selection, expected: &[Topic]| {
         let expression = mission().expression(selection);
@@ -190,6 +199,7 @@ fn a_selection_matches_its_keys_and_no_others() {
     check(Selection::Orders, &topics[14..16]);
     check(Selection::Zones, &topics[16..18]);
     check(Selection::Marks, &topics[18..20]);
+    check(Selection::Scenarios, &topics[20..22]);
     check(Selection::SyncRequestsTo(three), &topics[5..7]);
     check(Selection::SyncRequestsTo(coordinator), &topics[7..8]);
     check(Selection::SyncRepliesTo(three), &topics[8..9]);

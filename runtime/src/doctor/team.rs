@@ -6,6 +6,7 @@ use std::time::Duration;
 use dragnet_proto::clock;
 use dragnet_proto::convert::Codec;
 use dragnet_proto::key::Mission;
+use dragnet_proto::scenario_digest::{Difference, ScenarioDigest};
 use dragnet_scenario::Scenario;
 use dragnet_scenario::participant::Participant;
 use dragnet_search::observation::RobotId;
@@ -38,6 +39,8 @@ struct Roll {
     refused: BTreeMap<String, String>,
     /// Participants with several processes.
     doubled: BTreeSet<Participant>,
+    /// Participants with another scenario.
+    others: BTreeMap<Participant, Difference>,
 }
 
 pub(super) async fn examine(
@@ -57,7 +60,10 @@ pub(super) async fn examine(
     let joined = Link::join(session, member.mission.clone(), ReceiveOnly, codec).await;
     let resumed = member.resumed.map(|clock| clock.now());
     let roll = match joined {
-        Ok(mut link) => call(&mut link, listen).await,
+        Ok(mut link) => {
+            link.set_scenario(ScenarioDigest::of(member.scenario));
+            call(&mut link, listen).await
+        }
         Err(error) => return tell(Finding::fail("network", error.to_string(), "")),
     };
     tell(mates(&roll, endpoints, member, listen));
@@ -73,6 +79,11 @@ pub(super) async fn examine(
         let advice = "give each robot a number of its own, and start it once; participant was started again after its computer \
                       had died is there twice for ten seconds";
         tell(Finding::fail("team", format!("{participant} is there twice"), advice));
+    }
+    for (participant, difference) in &roll.others {
+        let found = format!("{participant} has another scenario than these settings: {difference}");
+        let advice = "give all the same scenario, with the files that it names, and start them again";
+        tell(Finding::fail("team", found, advice));
     }
     let (me, mission) = (Participant::Robot(member.robot), member.scenario.mission());
     let expected = Expected {
@@ -106,6 +117,9 @@ async fn call(link: &mut Link<ReceiveOnly>, listen: Duration) -> Roll {
             }
             Incoming::Rejected { key, reason, .. } => {
                 roll.refused.insert(key, reason);
+            }
+            Incoming::OtherScenario(participant, difference) => {
+                roll.others.insert(participant, difference);
             }
             Incoming::Came(..) | Incoming::Left(..) => {}
         }
