@@ -40,6 +40,8 @@ pub struct Inspection {
     pub library: String,
     /// From the first message to the last; `None` without a message.
     pub times: Option<TimeRange>,
+    /// The date of mission time 0, as the coordinator knew it at the end: Unix time, nanoseconds; `None` without a status.
+    pub began_unix_ns: Option<u64>,
     /// Pose of the map's south-western corner in the frame `map`; `None` without a map.
     pub origin: Option<MapOrigin>,
     /// Columns of the map; `None` without a map.
@@ -153,6 +155,7 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
         ending: reader.ending(),
         library: reader.header().library.clone(),
         times: inspector.times,
+        began_unix_ns: inspector.began_unix_ns,
         origin: inspector.origin,
         columns: inspector.columns,
         cell_meters: inspector.cell_meters,
@@ -177,6 +180,7 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordingError> {
 #[derive(Default)]
 struct Inspector {
     times: Option<TimeRange>,
+    began_unix_ns: Option<u64>,
     origin: Option<MapOrigin>,
     columns: Option<u32>,
     cell_meters: Option<f64>,
@@ -229,6 +233,7 @@ impl Inspector {
         if channel.topic == Topic::MISSION_STATUS
             && let Ok(status) = cdr::decode::<MissionStatus>(data)
         {
+            self.began_unix_ns = Some(header.publish_time.saturating_sub(status.time_ns));
             self.status = Some(status);
         }
         if RobotTopic::parse(&channel.topic) == Some((Source::Operator, RobotTopic::Verdicts))
@@ -325,6 +330,9 @@ impl fmt::Display for Inspection {
         if let Some(times) = self.times {
             let start = times.start_unix_ns as f64 / NANOSECONDS;
             writeln!(formatter, "time          {:.3} s from Unix time {start:.3} s on", times.seconds())?;
+        }
+        if let Some(began) = self.began_unix_ns {
+            writeln!(formatter, "mission time  0 s is Unix time {:.3} s", began as f64 / NANOSECONDS)?;
         }
         if let Some(origin) = self.origin {
             let corner =

@@ -67,8 +67,11 @@ fn an_inspection_lists_the_contents_of_a_recording() {
     assert_eq!(found.summary["found"], "1");
     assert!((found.times.unwrap().seconds() - episode::SECONDS as f64).abs() < 1e-9);
 
+    let began = u64::try_from(header().start_unix_ns).unwrap();
+    assert_eq!(found.began_unix_ns, Some(began));
     let table = found.to_string();
     for line in [
+        "mission time  0 s is Unix time 1760000000.000 s",
         "complete",
         "robots        1 2",
         "map           its south-western corner at (-20, -12.5) m, turned by 0.5 rad",

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use dragnet_coordinator::Ending;
+use dragnet_coordinator::inspect::inspect;
 use dragnet_coordinator::mission::Record;
 use dragnet_coordinator::playback::Playback;
 use dragnet_coordinator::record::{Header, Recorder};
@@ -53,6 +54,7 @@ fn check(started_unix_ns: u64, heard: MissionTime) {
     {
         let read = Playback::read(&file(name)).unwrap();
         assert_eq!((&read.ending, read.start_unix_ns), (&ending, START_UNIX_NS), "{name}");
+        assert_eq!(inspect(&file(name)).unwrap().began_unix_ns, Some(START_UNIX_NS), "{name}");
         let times: Vec<MissionTime> = read.records.iter().map(|(time, _)| *time).collect();
         let before = [MissionTime(SECOND_NS)];
         let written =
