@@ -127,12 +127,12 @@ impl<Me: Copy + Into<Option<Participant>>> Link<Me> {
                 .await
                 .map_err(RuntimeError::zenoh(what))?;
         }
-        let (of_scenarios, on_scenarios) = (codec.clone(), inlet.clone());
+        let (scenarios, team) = (inlet.clone(), codec.clone());
         session
             .liveliness()
             .declare_subscriber(mission.expression(Selection::Scenarios))
             .history(true)
-            .callback(move |sample| put_scenario(&on_scenarios, &sample, &of_scenarios))
+            .callback(move |sample| put_scenario(&scenarios, &sample, &team))
             .background()
             .await
             .map_err(RuntimeError::zenoh("watch the scenarios of others"))?;

@@ -229,7 +229,7 @@ async fn a_journal_ahead_of_the_only_participant_is_reported_and_not_changed() {
     speaking.abort();
 }
 
-/// A copy of the scenario that somebody has changed.
+/// A copy of the scenario that was changed.
 #[test]
 fn a_robot_with_another_scenario_is_reported_by_the_doctor_and_by_all_logs() {
     let field = Field::new(TEAM, 2, 1);

@@ -21,7 +21,7 @@ async fn join(me: Participant, endpoints: &Endpoints, text: Option<&str>) -> Lin
     link
 }
 
-/// The other scenarios that a participant is told of, as text, until these participants are there.
+/// How the scenarios of others differ, as a participant learns until these participants are there.
 async fn told(link: &mut Link, present: &[Participant]) -> Vec<(Participant, String)> {
     let mut told = Vec::new();
     let take = |incoming| match incoming {
@@ -33,7 +33,7 @@ async fn told(link: &mut Link, present: &[Participant]) -> Vec<(Participant, Str
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn both_sides_are_told_of_another_scenario_and_nobody_of_the_same_or_of_none() {
+async fn another_scenario_is_reported_on_both_sides_and_the_same_or_none_is_not() {
     let robot = |number| Participant::Robot(RobotId::new(number).unwrap());
     let all = free_endpoints(5).unwrap();
     // Each connects to all before it.
@@ -57,7 +57,7 @@ async fn both_sides_are_told_of_another_scenario_and_nobody_of_the_same_or_of_no
     of_all.sort();
     assert_eq!(of_all, [(robot(1), what.clone()), (Participant::Coordinator, what)]);
 
-    // It is told once; who starts again with the right scenario is told no more of.
+    // It is reported once, and no more after a start with the right scenario.
     drop(wrong);
     let again = Duration::from_secs(1);
     while let Ok(incoming) = tokio::time::timeout(again, coordinator.receive()).await {
