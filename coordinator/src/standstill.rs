@@ -9,7 +9,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 
-/// Time beyond that of two moves after which a robot that enters no cell is told of.
+/// Time beyond that of two moves after which a robot that enters no cell stands.
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// At most so much of the time between two heartbeats counts: the clock may have been set, or the robot out of reach.
@@ -35,7 +35,7 @@ struct Progress {
 }
 
 impl Standstills {
-    /// Robots of these speeds, by [`RobotId::index`], on cells of an edge in meters. Nothing is told of others.
+    /// Robots of these speeds, by [`RobotId::index`], on cells of an edge in meters. Others never stand.
     #[must_use]
     pub fn new(cell_meters: f64, speeds_meters_per_second: &[f64]) -> Self {
         let usual = |speed: &f64| 2.0 * std::f64::consts::SQRT_2 * cell_meters / speed;
