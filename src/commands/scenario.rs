@@ -83,7 +83,7 @@ pub(super) fn load_each(paths: &[PathBuf], taken: &[&str]) -> Result<Vec<Scenari
         if !names.insert(name.to_owned()) {
             let path = path.display();
             return Err(Failure::Input(format!(
-                "{path}: another of these scenarios, or a policy, has the name {name:?} too, and results are named by it: give it another `name`"
+                "{path}: the name {name:?} is taken, and results are named by it: give it another `name`"
             )));
         }
         warn(&scenario);

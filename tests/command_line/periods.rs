@@ -129,8 +129,9 @@ fn the_end_of_a_search_says_what_is_out_of_reach() {
     );
     assert!(text.contains(&stated), "{stated} is not in {text}");
     let left = text.lines().find(|line| line.starts_with("left ")).unwrap();
-    let expected =
-        format!("in reach is complete at 0.05, that of the area is NOT: {unreachable:.2} out of reach");
+    let expected = format!(
+        "in reach is complete at 0.05, that of the area is NOT: {unreachable:.2} in 8 cells out of reach"
+    );
     assert!(left.contains(&expected), "{left}");
     assert!(place.succeed(&["replay", "apart.mcap"]).contains(&stated));
     let exported = place.succeed(&["export", "apart.mcap", "--to", "a.kml", "--origin", "49.2,-2.2"]);
