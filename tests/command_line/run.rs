@@ -94,8 +94,10 @@ fn cells_out_of_reach_are_shown_and_do_not_prolong_the_search() {
     assert_eq!((&report["objects"], &report["objects_out_of_reach"]), (&2.into(), &1.into()));
     assert_eq!((&report["found"], &report["recall"]), (&1.into(), &1.0.into()));
     assert!(report["mission_time_s"].as_f64().unwrap() < 5000.0, "{report}");
+    assert_eq!(report["cells_out_of_reach"], 10);
     let text = place.succeed(&["run", "lake.toml"]);
     for said in [
+        "the search of what is in reach is complete at 0.05, that of the area is NOT: 0.42 in 10 cells out of reach",
         "~ out of reach",
         "out of reach: no robot can see them",
         "[2, 5]",
