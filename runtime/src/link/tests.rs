@@ -21,14 +21,22 @@ async fn join(me: Participant, endpoints: &Endpoints, text: Option<&str>) -> Lin
     link
 }
 
-/// How the scenarios of others differ, as a participant learns until these participants are there.
-async fn told(link: &mut Link, present: &[Participant]) -> Vec<(Participant, String)> {
+/// How the scenarios of others differ, as a participant learns until these participants are there and so many differ.
+async fn told(link: &mut Link, present: &[Participant], count: usize) -> Vec<(Participant, String)> {
+    const PATIENCE: Duration = Duration::from_mins(1);
     let mut told = Vec::new();
-    let take = |incoming| match incoming {
+    let mut take = |incoming| match incoming {
         Incoming::OtherScenario(participant, difference) => told.push((participant, difference.to_string())),
         other => panic!("{other:?}"),
     };
-    link.wait_for(present, Duration::from_mins(1), take).await.unwrap();
+    link.wait_for(present, PATIENCE, &mut take).await.unwrap();
+    // A participant that joins may learn that others are there before it learns their scenarios.
+    while told.len() < count {
+        let incoming = tokio::time::timeout(PATIENCE, link.receive()).await.unwrap();
+        if let Some(Incoming::OtherScenario(participant, difference)) = incoming {
+            told.push((participant, difference.to_string()));
+        }
+    }
     told
 }
 
@@ -46,14 +54,14 @@ async fn another_scenario_is_reported_on_both_sides_and_the_same_or_none_is_not(
     let mut same = join(robot(1), &place(1), Some(&TEXT.replace("'one'", "'copy'"))).await;
     let _silent = join(robot(2), &place(2), None).await;
     let present = [Participant::Coordinator, robot(1), robot(2)];
-    assert_eq!(told(&mut coordinator, &present[1..]).await, []);
-    assert_eq!(told(&mut same, &[present[0], present[2]]).await, []);
+    assert_eq!(told(&mut coordinator, &present[1..], 0).await, []);
+    assert_eq!(told(&mut same, &[present[0], present[2]], 0).await, []);
 
     let mut wrong = join(robot(3), &place(3), Some(&TEXT.replace("0.95", "0.9"))).await;
     let what = "another detection threshold or rate of radios".to_owned();
-    assert_eq!(told(&mut coordinator, &[robot(3)]).await, [(robot(3), what.clone())]);
-    assert_eq!(told(&mut same, &[robot(3)]).await, [(robot(3), what.clone())]);
-    let mut of_all = told(&mut wrong, &present).await;
+    assert_eq!(told(&mut coordinator, &[robot(3)], 1).await, [(robot(3), what.clone())]);
+    assert_eq!(told(&mut same, &[robot(3)], 1).await, [(robot(3), what.clone())]);
+    let mut of_all = told(&mut wrong, &present, 2).await;
     of_all.sort();
     assert_eq!(of_all, [(robot(1), what.clone()), (Participant::Coordinator, what)]);
 
@@ -64,5 +72,5 @@ async fn another_scenario_is_reported_on_both_sides_and_the_same_or_none_is_not(
         assert!(matches!(incoming, Some(Incoming::Left(..))), "{incoming:?}");
     }
     let _right = join(robot(3), &place(4), Some(TEXT)).await;
-    assert_eq!(told(&mut coordinator, &[robot(3)]).await, []);
+    assert_eq!(told(&mut coordinator, &[robot(3)], 0).await, []);
 }
