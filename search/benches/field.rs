@@ -37,11 +37,16 @@ impl Field {
     /// A square map at the start of an episode: the robot has made one observation, from a cell drawn in the largest
     /// area.
     pub(crate) fn fresh(shape: Shape, side: u32, density: f64, seed: u64) -> Self {
-        Self::on(shape.terrain(Grid::new(side, side).unwrap(), 30.0).unwrap(), density, seed)
+        Self::on(
+            shape.terrain(Grid::new(side, side).unwrap(), 30.0).unwrap(),
+            Sensor::default(),
+            density,
+            seed,
+        )
     }
 
-    /// The same of any map.
-    pub(crate) fn on(terrain: Terrain, density: f64, seed: u64) -> Self {
+    /// The same of any map and sensor.
+    pub(crate) fn on(terrain: Terrain, sensor: Sensor, density: f64, seed: u64) -> Self {
         let mut draw = stream(seed, Purpose::Truth, 0);
         let searched: Vec<Cell> = terrain.searched_cells().collect();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of cells")]
@@ -50,7 +55,7 @@ impl Field {
         let area = terrain.largest_area();
         let robot = area[stream(seed, Purpose::Start, 1).random_range(0..area.len())];
         let mut field = Self {
-            sensor: Sensor::default(),
+            sensor,
             truth: Truth::new(&terrain, objects),
             belief: Belief::uniform(&terrain, density).unwrap(),
             planned_precision: PlannedPrecision::nothing(&terrain),

@@ -6,33 +6,37 @@ use dragnet_search::cell::Grid;
 use dragnet_search::generated::Generated;
 use dragnet_search::policy::{Parameters, PolicyName, build};
 use dragnet_search::seed::{Purpose, stream};
+use dragnet_search::sensor::{Noise, Sensor};
 
 use crate::field::Field;
-use crate::times::{Times, time};
+use crate::times::{Times, milliseconds, time};
 
-const SIDES: [u32; 3] = [30, 60, 300];
+/// Sides of the maps, each with the radius of the sensor, cells.
+const SIZES: [(u32, u32); 4] = [(30, 5), (60, 5), (300, 5), (150, 30)];
 const SEED: u64 = 1;
-/// The radius of the default sensor.
-const RADIUS: u32 = 5;
 
 /// Prints the ratios of the medians.
 pub(crate) fn print() {
-    println!("\nwith a line of sight against without one, in rooms at the start; ratios of medians\n");
-    println!("| side | limited cells | {} |", PolicyName::ALL.map(PolicyName::as_str).join(" | "));
-    println!("|---|---|{}", "---|".repeat(PolicyName::ALL.len()));
-    for side in SIDES {
+    println!(
+        "\nwith a line of sight against without one, in rooms at the start; ratios of medians, and medians without one, ms\n"
+    );
+    println!("| side | radius | limited cells | {} |", PolicyName::ALL.map(PolicyName::as_str).join(" | "));
+    println!("|---|---|---|{}", "---|".repeat(PolicyName::ALL.len()));
+    for (side, radius) in SIZES {
         let map = Generated::Rooms.terrain(Grid::new(side, side).unwrap(), 1.0, SEED).unwrap();
-        let opaque = map.clone().with_opaque_walls(RADIUS);
+        let opaque = map.clone().with_opaque_walls(radius);
         let sees_less = |&cell: &_| opaque.line_of_sight().shadows(cell).is_some();
         let share =
             opaque.traversable_cells().filter(sees_less).count() * 100 / map.traversable_cells().count();
-        let fields = [map, opaque].map(|terrain| Field::on(terrain, 0.01, SEED));
-        let ratios = PolicyName::ALL.map(|name| format!("{:.2}", ratio(&fields, name)));
-        println!("| {side} | {share} % | {} |", ratios.join(" | "));
+        let sensor = Sensor::new(radius, Sensor::DEFAULT_NOISE_VARIANCE, Noise::Gaussian).unwrap();
+        let fields = [map, opaque].map(|terrain| Field::on(terrain, sensor.clone(), 0.01, SEED));
+        let ratios = PolicyName::ALL.map(|name| ratio(&fields, name));
+        println!("| {side} | {radius} | {share} % | {} |", ratios.join(" | "));
     }
 }
 
-fn ratio([open, opaque]: &[Field; 2], name: PolicyName) -> f64 {
+/// The ratio, and the median without a line of sight.
+fn ratio([open, opaque]: &[Field; 2], name: PolicyName) -> String {
     let mut times = [Vec::new(), Vec::new()];
     while times[0].len() < 5
         || times[0].len() < 51 && times[0].iter().sum::<Duration>() < Duration::from_millis(300)
@@ -43,6 +47,6 @@ fn ratio([open, opaque]: &[Field; 2], name: PolicyName) -> f64 {
             times.push(time(decide).0);
         }
     }
-    let [open, opaque] = times.map(|times| Times::of(times).quantile(0.5).as_secs_f64());
-    opaque / open
+    let [open, opaque] = times.map(|times| Times::of(times).quantile(0.5));
+    format!("{:.2} of {}", opaque.as_secs_f64() / open.as_secs_f64(), milliseconds(open))
 }

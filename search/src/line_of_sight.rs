@@ -4,6 +4,8 @@
 //! far as that reaches. It is computed once for a map, by [`LineOfSight::behind_walls`] from the cells that are walls, or from
 //! anything finer by [`LineOfSight::from_fn`], and kept in the [`Terrain`] that all policies plan on.
 
+mod views;
+
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,6 +13,8 @@ use std::sync::Arc;
 use crate::cell::{Cell, Grid, Offset, Position};
 use crate::sensor::{FootprintCell, Sensor};
 use crate::terrain::Terrain;
+
+pub(crate) use views::Views;
 
 /// Cells without a hidden cell have no row.
 const NONE: u32 = u32::MAX;
@@ -21,7 +25,7 @@ const BITS: usize = 64;
 #[derive(Clone, Debug, Default)]
 pub struct LineOfSight(Option<Arc<Hidden>>);
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Hidden {
     radius: i32,
     /// Of each cell, the number of its row; [`NONE`] if all is seen from it. Shape `[cells]`.
@@ -163,13 +167,6 @@ impl LineOfSight {
         let is_seen = move |place: &&FootprintCell| shadows.is_none_or(|shadows| !shadows.hide(place.offset));
         let seen = sensor.footprint().iter().filter(is_seen);
         seen.filter_map(move |place| Some((grid.step_from(position, place.offset)?, place)))
-    }
-
-    /// The cells from which something is hidden, by index, with what.
-    pub(crate) fn limited(&self, grid: Grid) -> impl Iterator<Item = (Cell, Shadows<'_>)> {
-        self.0
-            .iter()
-            .flat_map(move |hidden| grid.cells().filter_map(|from| Some((from, hidden.shadows(from)?))))
     }
 }
 

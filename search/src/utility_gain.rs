@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use crate::cell::{Cell, Grid, Offset};
-use crate::line_of_sight::Shadows;
+use crate::line_of_sight::{Shadows, Views};
 use crate::route::ShortestPathTree;
+use crate::sensor::FootprintCell;
 use crate::situation::Situation;
 use crate::utility::{Row, SATURATION, UtilityTable};
 
@@ -35,14 +36,6 @@ pub(crate) struct Frame {
     grid: Grid,
     radius: usize,
     stride: usize,
-}
-
-/// A cell from which something is hidden.
-pub(crate) struct Limited<'a, S> {
-    pub(crate) from: Cell,
-    pub(crate) shadows: Shadows<'a>,
-    /// Over what is seen from it.
-    pub(crate) sum: S,
 }
 
 impl Frame {
@@ -87,17 +80,14 @@ impl Frame {
         let columns = self.grid.columns() as usize;
         let mut sums = vec![0.0_f32; self.grid.cell_count()];
         let mut ring_gain = vec![0.0_f32; cells.len()];
-        let mut limited = self.limited(situation, 0.0_f32);
+        let views = Views::of(situation);
+        let mut limited = Limited::new(self, views.as_ref(), 0.0_f32);
         for ring in situation.sensor.rings() {
             let precision = ring[0].precision;
             for (ring_gain, cell) in ring_gain.iter_mut().zip(cells) {
                 *ring_gain = gain(cell, precision);
             }
-            for Limited { from, shadows, sum } in &mut limited {
-                for observation in ring.iter().filter(|it| !shadows.hide(it.offset)) {
-                    *sum += ring_gain[self.seen_from(*from, observation.offset)];
-                }
-            }
+            limited.add(&ring, |sum, seen| *sum += ring_gain[seen]);
             for observation in ring {
                 for (sums, seen) in sums.chunks_exact_mut(columns).zip(self.rows_at(observation.offset)) {
                     for (sum, gain) in sums.iter_mut().zip(&ring_gain[seen]) {
@@ -106,27 +96,58 @@ impl Frame {
                 }
             }
         }
-        for Limited { from, sum, .. } in limited {
+        for (from, sum) in limited.sums() {
             sums[from.index()] = sum;
         }
         sums
-    }
-
-    /// The cells from which something is hidden, each with a sum that is to be taken over the rest.
-    pub(crate) fn limited<'a, S: Clone>(self, situation: &Situation<'a>, sum: S) -> Vec<Limited<'a, S>> {
-        let limited = situation.terrain.line_of_sight().limited(self.grid);
-        limited.map(|(from, shadows)| Limited { from, shadows, sum: sum.clone() }).collect()
-    }
-
-    /// Index of the cell at an offset within the radius from a cell.
-    pub(crate) fn seen_from(self, from: Cell, offset: Offset) -> usize {
-        self.index(from).wrapping_add_signed(self.stride_of(offset))
     }
 
     /// What to add to an index to move by an offset that is within the radius.
     #[expect(clippy::cast_possible_wrap, reason = "a framed map has fewer than 2^31 cells")]
     pub(crate) fn stride_of(self, offset: Offset) -> isize {
         offset.north as isize * self.stride as isize + offset.east as isize
+    }
+}
+
+/// Sums over what is seen from each cell from which walls hide something, ring by ring.
+pub(crate) struct Limited<'v, S> {
+    frame: Frame,
+    views: Option<&'v Views<'v>>,
+    cells: Vec<LimitedCell<'v, S>>,
+}
+
+struct LimitedCell<'v, S> {
+    cell: Cell,
+    /// Its index within the frame.
+    index: usize,
+    shadows: Shadows<'v>,
+    sum: S,
+}
+
+impl<'v, S: Clone> Limited<'v, S> {
+    /// Each begins with a sum.
+    pub(crate) fn new(frame: Frame, views: Option<&'v Views<'v>>, sum: S) -> Self {
+        let limited = views.into_iter().flat_map(|views| views.limited(frame.grid));
+        let begin =
+            |(cell, shadows)| LimitedCell { cell, index: frame.index(cell), shadows, sum: sum.clone() };
+        Self { frame, views, cells: limited.map(begin).collect() }
+    }
+
+    /// Adds to each sum all cells of a ring of the footprint that are seen, by their indices within the frame.
+    pub(crate) fn add(&mut self, ring: &[FootprintCell], add: impl Fn(&mut S, usize)) {
+        let Some(views) = self.views else { return };
+        let of = |it: &FootprintCell| (views.place(it.offset), self.frame.stride_of(it.offset));
+        let ring: Vec<(usize, isize)> = ring.iter().map(of).collect();
+        for LimitedCell { index, shadows, sum, .. } in &mut self.cells {
+            for &(_, step) in ring.iter().filter(|(place, _)| !shadows.hide_place(*place)) {
+                add(sum, index.wrapping_add_signed(step));
+            }
+        }
+    }
+
+    /// The cells, by index, with their sums.
+    pub(crate) fn sums(self) -> impl Iterator<Item = (Cell, S)> {
+        self.cells.into_iter().map(|it| (it.cell, it.sum))
     }
 }
 
@@ -162,24 +183,21 @@ impl<'t> UtilityGain<'t> {
 
     /// Utility gain of all cells together: an upper bound for any path.
     pub(crate) fn most(&self) -> f64 {
-        self.cells.iter().map(|cell| f64::from(self.left_in(cell))).sum()
+        self.cells.iter().map(|cell| f64::from(self.left_of(cell))).sum()
     }
 
     /// Utility gain of each cell if it became certain, row by row.
     pub(crate) fn left(&self) -> impl Iterator<Item = impl Iterator<Item = f32>> {
         let rows = self.frame.rows_at(Offset { north: 0, east: 0 });
-        rows.map(|row| self.cells[row].iter().map(|cell| self.left_in(cell)))
+        rows.map(|row| self.cells[row].iter().map(|cell| self.left_of(cell)))
     }
 
-    /// The same of all cells together that are in view from a cell and not, if there is one, from the cell before.
-    pub(crate) fn left_in_view(&self, situation: &Situation<'_>, before: Option<Cell>, from: Cell) -> f64 {
-        let Situation { terrain, sensor, .. } = situation;
-        let was_seen = |cell| before.is_some_and(|before| terrain.is_in_sight(sensor, before, cell));
-        let new = terrain.in_sight(sensor, from).filter(|&(cell, _)| !was_seen(cell));
-        new.map(|(cell, _)| f64::from(self.left_in(&self.cells[self.frame.index(cell)]))).sum()
+    /// The same of some cells together, by their indices within the frame.
+    pub(crate) fn left_in(&self, cells: impl Iterator<Item = usize>) -> f64 {
+        cells.map(|cell| f64::from(self.left_of(&self.cells[cell]))).sum()
     }
 
-    fn left_in(&self, cell: &CellGain) -> f32 {
+    fn left_of(&self, cell: &CellGain) -> f32 {
         if cell.precision >= SATURATION {
             return 0.0;
         }

@@ -14,10 +14,11 @@ mod stencil;
 use runs::Kind;
 
 use super::{Decision, LEAST_NATS, Policy, path_length_weight};
-use crate::cell::{Cell, Offset};
-use crate::line_of_sight::LineOfSight;
+use crate::cell::Cell;
+use crate::line_of_sight::Views;
 use crate::route::ShortestPathTree;
 use crate::seed::Stream;
+use crate::sensor::FootprintCell;
 use crate::situation::Situation;
 use crate::utility::{SATURATION, Tables, Utility, UtilityTable};
 use crate::utility_gain::{CellGain, Frame, UtilityGain, saturated};
@@ -156,14 +157,18 @@ fn walk(
     walk.leave_to(0);
 }
 
+/// What to add to the index of a robot's cell, and the precision of the reading there.
+type Observed = (isize, i32);
+
 /// The state of the traversal: what to restore on return.
 struct Walk<'w> {
     table: &'w UtilityTable,
     /// Precision of every cell on the way.
     gains: &'w mut [CellGain],
     frame: Frame,
-    line_of_sight: &'w LineOfSight,
-    observations: Vec<(Offset, isize, i32)>,
+    /// The footprint, and by place what is seen from cells from which walls hide something.
+    observations: Vec<Observed>,
+    views: Option<(Views<'w>, Vec<Observed>)>,
     changed: Vec<(u32, CellGain)>,
     /// Of each cell on the path: changes made before it, and utility of the path up to it.
     path: Vec<(usize, f32)>,
@@ -172,15 +177,15 @@ struct Walk<'w> {
 impl<'w> Walk<'w> {
     fn new(situation: &Situation<'w>, gain: &'w mut UtilityGain<'_>) -> Self {
         let frame = gain.frame();
-        let observations = situation
-            .sensor
-            .footprint()
-            .iter()
-            .map(|it| (it.offset, frame.stride_of(it.offset), saturated(it.precision)))
-            .collect();
+        let sensor = situation.sensor;
+        let observed = |it: &FootprintCell| (frame.stride_of(it.offset), saturated(it.precision));
+        let observations = sensor.footprint().iter().map(observed).collect();
+        let views = Views::of(situation).map(|views| {
+            let by_place = views.by_place(sensor, observed);
+            (views, by_place)
+        });
         let (table, gains) = gain.table_and_cells();
-        let line_of_sight = situation.terrain.line_of_sight();
-        Self { table, gains, frame, line_of_sight, observations, changed: Vec::new(), path: Vec::new() }
+        Self { table, gains, frame, observations, views, changed: Vec::new(), path: Vec::new() }
     }
 
     /// Utility of the path to the next cell of a depth-first walk; `depth` counts moves from the root, from 1.
@@ -188,35 +193,33 @@ impl<'w> Walk<'w> {
         self.leave_to(depth - 1);
         let before = self.path.last().map_or(0.0, |&(_, utility)| utility);
         let changes = self.changed.len();
-        let from = self.frame.index(cell);
-        let gain = match self.line_of_sight.shadows(cell) {
-            None => self.observation(from, |_| true),
-            Some(shadows) => self.observation(from, |offset| !shadows.hide(offset)),
-        };
+        let gain = self.observe(cell);
         let utility = before + gain;
         self.path.push((changes, utility));
         utility
     }
 
-    #[inline]
-    fn observation(&mut self, from: usize, is_seen: impl Fn(Offset) -> bool) -> f32 {
-        let table = self.table;
+    /// Utility of an observation from a cell.
+    fn observe(&mut self, from: Cell) -> f32 {
+        let Self { table, gains, changed, .. } = self;
+        let at = self.frame.index(from);
         let mut gain = 0.0;
-        for &(offset, step, precision) in &self.observations {
-            if !is_seen(offset) {
-                continue;
-            }
-            let index = from.wrapping_add_signed(step);
-            let cell = &mut self.gains[index];
+        let mut count = |&(step, precision): &Observed| {
+            let index = at.wrapping_add_signed(step);
+            let cell = &mut gains[index];
             if cell.precision >= SATURATION {
-                continue;
+                return;
             }
             #[expect(clippy::cast_possible_truncation, reason = "a framed map has fewer than 2^32 cells")]
-            self.changed.push((index as u32, *cell));
+            changed.push((index as u32, *cell));
             cell.precision = (cell.precision + precision).min(SATURATION);
             let utility = table.utility(cell.row, cell.precision);
             gain += utility - cell.utility;
             cell.utility = utility;
+        };
+        match self.views.as_ref().and_then(|(views, by_place)| Some((views.seen(from)?, by_place))) {
+            None => self.observations.iter().for_each(count),
+            Some((seen, by_place)) => seen.for_each(|place| count(&by_place[place])),
         }
         gain
     }

@@ -23,6 +23,7 @@ use super::{Decision, Policy};
 use crate::cell::Cell;
 use crate::evidence::{CellEvidence, UNITS};
 use crate::intent::PlannedPrecision;
+use crate::line_of_sight::Views;
 use crate::route::ShortestPathTree;
 use crate::seed::Stream;
 use crate::situation::Situation;
@@ -283,7 +284,8 @@ impl Observed {
         };
         let mut ring = Ring::nothing(frame);
         let nothing = [before, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
-        let mut limited = frame.limited(situation, nothing);
+        let views = Views::of(situation);
+        let mut limited = Limited::new(frame, views.as_ref(), nothing);
         for observations in situation.sensor.rings() {
             let precision = 1.0 / f64::from(observations[0].variance);
             for (cell, sampled) in grid.cells().zip(cells) {
@@ -291,15 +293,12 @@ impl Observed {
                     ring.set(frame.index(cell), sampled, precision, norm);
                 }
             }
-            for Limited { from, shadows, sum: [distance, highest, support, other] } in &mut limited {
-                for observation in observations.iter().filter(|it| !shadows.hide(it.offset)) {
-                    let seen = frame.seen_from(*from, observation.offset);
-                    *distance += ring.change[seen];
-                    *highest = greater(*highest, ring.estimate[seen]);
-                    *support = lesser(*support, ring.support[seen]);
-                    *other = greater(*other, ring.other[seen]);
-                }
-            }
+            limited.add(&observations, |[distance, highest, support, other], seen| {
+                *distance += ring.change[seen];
+                *highest = greater(*highest, ring.estimate[seen]);
+                *support = lesser(*support, ring.support[seen]);
+                *other = greater(*other, ring.other[seen]);
+            });
             for observation in observations {
                 for (row, seen) in frame.rows_at(observation.offset).enumerate() {
                     let row = row * columns..(row + 1) * columns;
@@ -310,7 +309,7 @@ impl Observed {
                 }
             }
         }
-        for Limited { from, sum: [distance, highest, support, other], .. } in limited {
+        for (from, [distance, highest, support, other]) in limited.sums() {
             let place = from.index();
             observed.distance[place] = distance;
             observed.highest[place] = highest;

@@ -7,10 +7,11 @@
 //! `U(path to x) <= B(x) = B(parent of x) + sum over the front of x of (U_c(certain) - U_c(k_c))`
 //!
 //! with `k_c` the precision that teammates plan for cell `c`. A front lies on two diagonals, so its sum takes four numbers
-//! of two tables of sums along diagonals. Where walls hide something from `x` or from its parent, what comes into view is added
-//! up cell by cell.
+//! of two tables of sums along diagonals. Where walls hide something from `x` or from its parent, what comes into view
+//! ([`Views::coming_into_view`]) is added up cell by cell.
 
 use crate::cell::{Offset, Position};
+use crate::line_of_sight::Views;
 use crate::route::{Connectivity, ShortestPathTree};
 use crate::situation::Situation;
 use crate::utility_gain::UtilityGain;
@@ -91,19 +92,30 @@ pub(super) fn of_paths(
     if situation.connectivity != Connectivity::Four {
         return None;
     }
-    let grid = situation.terrain.grid();
+    let (grid, frame) = (situation.terrain.grid(), gain.frame());
     let diagonals = Diagonals::new(situation, gain);
+    let views = Views::of(situation).map(|views| {
+        let steps = views.by_place(situation.sensor, |it| frame.stride_of(it.offset));
+        (views, steps)
+    });
     let mut bounds = vec![0.0; grid.cell_count()];
     for &cell in routes.candidates() {
         let parent = routes.parent(cell);
-        let is_limited = |cell| situation.terrain.line_of_sight().shadows(cell).is_some();
-        bounds[cell.index()] = if parent == routes.root() {
-            gain.left_in_view(situation, None, cell)
-        } else if is_limited(parent) || is_limited(cell) {
-            bounds[parent.index()] + gain.left_in_view(situation, Some(parent), cell)
-        } else {
-            bounds[parent.index()] + diagonals.front(grid.position(cell), grid.offset(parent, cell))
+        if parent == routes.root() {
+            let seen = situation.terrain.in_sight(situation.sensor, cell);
+            bounds[cell.index()] = gain.left_in(seen.map(|(cell, _)| frame.index(cell)));
+            continue;
+        }
+        let entered = grid.offset(parent, cell);
+        let is_limited = |(views, _): &&(Views<'_>, _)| views.is_limited(parent) || views.is_limited(cell);
+        let new = match views.as_ref().filter(is_limited) {
+            None => diagonals.front(grid.position(cell), entered),
+            Some((views, steps)) => {
+                let (new, at) = (views.coming_into_view(parent, entered, cell), frame.index(cell));
+                gain.left_in(new.map(|place| at.wrapping_add_signed(steps[place])))
+            }
         };
+        bounds[cell.index()] = bounds[parent.index()] + new;
     }
     Some(bounds)
 }
