@@ -23,12 +23,12 @@ use dragnet_search::intent::PlannedPrecision;
 use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Entry, Observation, Origin, RobotId, Source};
-use dragnet_search::one_subject::OneSubject;
 use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
 use dragnet_search::situation::{Place, Situation, is_way_home_within, leading_cells_with_way_home};
+use dragnet_search::subjects::Subjects;
 use dragnet_search::terrain::Terrain;
 use std::borrow::Cow;
 use std::num::NonZeroUsize;
@@ -55,8 +55,8 @@ pub struct AgentConfig {
     pub connectivity: Connectivity,
     /// What it knows at first: the prior.
     pub knowledge: Knowledge,
-    /// That exactly one object is sought, if so.
-    pub one_subject: Option<OneSubject>,
+    /// That the number of objects is known, if so.
+    pub subjects: Option<Subjects>,
     /// Prior probability in cells that the operator adds.
     pub added_prior: f64,
     /// Limits by which observations are validated.
@@ -91,7 +91,7 @@ impl AgentConfig {
                 terrain: Arc::clone(above.as_ref().filter(|_| robot.class.flies).unwrap_or(&terrain)),
                 connectivity: scenario.connectivity(),
                 knowledge: knowledge.clone(),
-                one_subject: scenario.one_subject(),
+                subjects: scenario.subjects(),
                 added_prior,
                 limits: limits.clone(),
                 mission: scenario.mission().of(&robot.class),
@@ -650,7 +650,7 @@ impl Agent {
                 &self.zones,
             );
             let tau = mission.detection_threshold;
-            match self.config.one_subject.map(|one| one.posterior(&belief)) {
+            match self.config.subjects.map(|it| it.posterior(&belief)) {
                 Some(it) => {
                     it.expected_remaining(terrain, reach, |cell| belief.is_found(cell, tau)) <= threshold
                 }

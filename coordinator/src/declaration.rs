@@ -7,8 +7,8 @@
 //! than a heartbeat after: a coordinator that has started again, or receives what a robot saw while it was away, dates finds as
 //! if it had received all at once.
 //!
-//! This probability is that of the cell by its own readings, also in a search for one subject
-//! ([`dragnet_search::one_subject`]): a cell is declared because something was seen there, never because the subject is
+//! This probability is that of the cell by its own readings, also in a search for subjects of known number
+//! ([`dragnet_search::subjects`]): a cell is declared because something was seen there, never because the subject is
 //! nowhere else. If two cells are declared, their posterior says which of them it is.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -122,7 +122,7 @@ impl fmt::Display for FindCounts {
 /// From this probability on a find that nobody has confirmed is told without the advice to look.
 const ALMOST_CERTAIN: f64 = 0.99;
 
-/// A find of the one subject in the words for who leads the search: what is declared is a probability, until a person has
+/// A find of a subject in the words for who leads the search: what is declared is a probability, until a person has
 /// looked.
 #[must_use]
 pub fn of_subject(place: &str, probability: f64, operator: Option<Decision>) -> String {

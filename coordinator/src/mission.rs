@@ -31,7 +31,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, RobotId, Source};
-use dragnet_search::one_subject::{OneSubject, Standing, SubjectPosterior};
+use dragnet_search::subjects::{Standing, SubjectPosterior, Subjects};
 use dragnet_search::terrain::Terrain;
 
 use self::early::Early;
@@ -50,8 +50,8 @@ pub struct CoordinatorConfig {
     pub terrain: Arc<Terrain>,
     /// The belief before any reading.
     pub prior: Belief,
-    /// That exactly one object is sought, if so.
-    pub one_subject: Option<OneSubject>,
+    /// That the number of objects is known, if so.
+    pub subjects: Option<Subjects>,
     /// Probability from which an object is declared, above 0.
     pub detection_threshold: f64,
     /// Limits by which observations are validated.
@@ -81,7 +81,7 @@ impl CoordinatorConfig {
             limits: Limits::of(scenario),
             terrain: Arc::new(scenario.terrain().clone()),
             prior: scenario.prior().clone(),
-            one_subject: scenario.one_subject(),
+            subjects: scenario.subjects(),
             detection_threshold: mission.detection_threshold,
             robots,
             speeds_meters_per_second: scenario
@@ -296,20 +296,20 @@ impl Mission {
         &self.replica
     }
 
-    /// Where the one subject is, if exactly one is sought.
+    /// Where the subjects are, if their number is known.
     #[must_use]
     pub fn subject(&self) -> Option<SubjectPosterior> {
-        self.config.one_subject.map(|one| one.posterior(self.belief()))
+        self.config.subjects.map(|it| it.posterior(self.belief()))
     }
 
-    /// The posterior of the one subject by which cells are declared, if exactly one is sought.
+    /// The posterior of the subjects by which cells are declared, if their number is known.
     #[must_use]
     pub fn standing(&self) -> Option<Standing> {
         let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
         Some(self.subject()?.standing(terrain, reach, |cell| self.declarations.contains(cell)))
     }
 
-    /// The belief as it is shown: that of one subject is its posterior.
+    /// The belief as it is shown: that of subjects is their posterior.
     pub(crate) fn shown_belief(&self) -> Belief {
         let posterior = self.subject().and_then(|subject| subject.shown(&self.config.terrain));
         posterior.unwrap_or_else(|| self.belief().clone())

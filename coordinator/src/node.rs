@@ -111,7 +111,7 @@ impl CoordinatorNode {
         Some(format!("by the operator{without}"))
     }
 
-    /// Where the one subject is, for the end of the recording.
+    /// Where the subjects are, for the end of the recording.
     fn sought(&self) -> impl Iterator<Item = (String, String)> {
         let standing = self.mission.standing();
         let facts = standing.map(|it| [(SUCCESS, it.found), (REST_OF_WORLD, it.rest_of_world)]);

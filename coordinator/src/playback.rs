@@ -18,9 +18,9 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Grid;
 use dragnet_search::line_of_sight::LineOfSight;
-use dragnet_search::one_subject::OneSubject;
 use dragnet_search::reach::Sight;
 use dragnet_search::sensor::{Noise, Sensor};
+use dragnet_search::subjects::Subjects;
 use dragnet_search::terrain::{Ground, Terrain};
 use mcap::records::{MessageHeader, Record as McapRecord};
 
@@ -30,7 +30,7 @@ use crate::mission::Record;
 use crate::record::topic::{RobotTopic, Topic};
 use crate::record::{
     AREAS_ATTACHMENT, BEGINNING_ATTACHMENT, EARTH_METADATA, LINE_OF_SIGHT, MISSION_TIME, NOISE_VARIANCE,
-    REST_OF_WORLD, RUN_METADATA, SCENARIO_ATTACHMENT, SUMMARY_METADATA, THIN_WALLS,
+    REST_OF_WORLD, RUN_METADATA, SCENARIO_ATTACHMENT, SUBJECTS, SUMMARY_METADATA, THIN_WALLS,
 };
 
 /// For recordings without a detection threshold.
@@ -102,10 +102,11 @@ impl Playback {
         threshold.unwrap_or(DEFAULT_DETECTION_THRESHOLD)
     }
 
-    /// That exactly one object is sought, if the mission says so.
+    /// That the number of objects is known, if the mission says so.
     #[must_use]
-    pub fn one_subject(&self) -> Option<OneSubject> {
-        OneSubject::new(self.run.get(REST_OF_WORLD)?.parse().ok()?)
+    pub fn subjects(&self) -> Option<Subjects> {
+        let number = self.run.get(SUBJECTS).map_or(Some(1), |number| number.parse().ok())?;
+        Subjects::new(number, self.run.get(REST_OF_WORLD)?.parse().ok()?)
     }
 
     /// Reads a recording. Of a truncated or damaged one the intact parts are read.

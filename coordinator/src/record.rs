@@ -84,16 +84,18 @@ pub const ENDED: &str = "ended";
 /// Name within `summary` of the mission time at which the search was over, seconds.
 pub const MISSION_TIME: &str = "mission_time_s";
 
-/// Name within `run` of the prior probability that the one subject is outside of the searched cells, if exactly one is
-/// sought; within `summary` of the same probability at the end.
+/// Name within `run` of the prior probability that a subject is outside of the searched cells, if their number is known;
+/// within `summary` of the number of subjects that are expected there at the end.
 pub const REST_OF_WORLD: &str = "rest_of_world";
+/// Fact of such a run: the number of subjects, if there are several.
+pub const SUBJECTS: &str = "subjects";
 /// Fact of the run: the variance of a reading at a distance of one cell, of each robot.
 pub const NOISE_VARIANCE: &str = "noise_variance";
 /// Fact of a run in which walls hide what is behind them: the radius within which they do, cells.
 pub const LINE_OF_SIGHT: &str = "line_of_sight_radius";
 /// Fact of such a run: the numbers of the cells that walls thinner than a cell lead along, if there are such.
 pub const THIN_WALLS: &str = "thin_walls";
-/// Name within `summary` of the probability at the end that the one subject is in a declared cell.
+/// Name within `summary` of the number of subjects that are expected in declared cells at the end.
 pub const SUCCESS: &str = "pos";
 
 /// A crash loses at most the records of this much mission time.

@@ -15,8 +15,8 @@ use std::path::Path;
 use dragnet_scenario::map_file::{Area, Earth, Georeference, Purpose};
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
-use dragnet_search::one_subject::SubjectPosterior;
 use dragnet_search::sensor::Sensor;
+use dragnet_search::subjects::{SubjectPosterior, Subjects};
 use dragnet_search::sweep::sweep_width_cells;
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
@@ -52,7 +52,7 @@ pub struct Coverage {
     pub poa: f64,
     /// Probability of detection: the mean over its cells, weighted by the probability that the area's object is there.
     pub pod: f64,
-    /// Probability that the one subject is inside now, 0 to 1, if exactly one is sought; `None` for a place, which has no
+    /// Probability that a subject is inside now, 0 to 1, if their number is known; `None` for a place, which has no
     /// border.
     pub now: Option<f64>,
     /// The effort of the robots in it; `None` for a place, and in recordings that do not say what their sensors are.
@@ -149,17 +149,17 @@ impl Segments {
     pub fn new(
         earth: Option<&Earth>,
         fold: &MissionFold,
-        is_for_one: bool,
+        subjects: Option<Subjects>,
         detection_threshold: f64,
         sensors: Vec<Sensor>,
     ) -> Self {
         let by_prior =
             || fold.terrain().searched_cells().map(|cell| fold.belief().prior_probability(cell)).sum();
+        let expected = || subjects.map_or_else(by_prior, |subjects| f64::from(subjects.number()));
         let mut segments = Self {
             areas: earth.map(|earth| earth.areas.clone()).unwrap_or_default(),
             frame: earth.map(|earth| earth.frame),
-            expected_objects: earth
-                .map_or_else(|| if is_for_one { 1.0 } else { by_prior() }, |it| it.expected_objects),
+            expected_objects: earth.map_or_else(expected, |it| it.expected_objects),
             detection_threshold,
             sensors,
             shares: Vec::new(),
@@ -184,16 +184,10 @@ impl Segments {
     }
 
     /// The segments after the records of a fold, with the probability of detection of each cell (shape `[cells]`, see
-    /// [`MissionFold::probability_of_detection`]) and the posterior of the one subject, if exactly one is sought.
+    /// [`MissionFold::probability_of_detection`]) and the posterior of the subjects, if their number is known.
     #[must_use]
     pub fn table(&self, fold: &MissionFold, pod: &[f64], subject: Option<&SubjectPosterior>) -> Table {
-        let sum = Sum {
-            segments: self,
-            fold,
-            pod,
-            now: subject.map(SubjectPosterior::probabilities),
-            tracks: self.tracks(fold),
-        };
+        let sum = Sum { segments: self, fold, pod, now: subject, tracks: self.tracks(fold) };
         let area = |(area, shares): (&Area, &Option<Vec<(Cell, f64)>>)| {
             let shares = shares.as_deref()?;
             Some(match area.purpose.poa() {
@@ -243,11 +237,11 @@ pub fn rows_of(playback: &Playback) -> Vec<SegmentRow> {
     for (_, record) in &playback.records {
         fold.take(record);
     }
-    let (one, threshold) = (playback.one_subject(), playback.detection_threshold());
+    let (subjects, threshold) = (playback.subjects(), playback.detection_threshold());
     let sensors = playback.sensors().unwrap_or_default();
-    let segments = Segments::new(playback.earth.as_ref(), &fold, one.is_some(), threshold, sensors);
+    let segments = Segments::new(playback.earth.as_ref(), &fold, subjects, threshold, sensors);
     let pod = fold.probabilities_of_detection(threshold);
-    let subject = one.map(|one| one.posterior(fold.belief()));
+    let subject = subjects.map(|it| it.posterior(fold.belief()));
     segments.rows(&segments.table(&fold, &pod, subject.as_ref()))
 }
 
@@ -256,8 +250,8 @@ struct Sum<'a> {
     segments: &'a Segments,
     fold: &'a MissionFold,
     pod: &'a [f64],
-    /// Posterior of the one subject.
-    now: Option<&'a [f64]>,
+    /// Posterior of the subjects.
+    now: Option<&'a SubjectPosterior>,
     tracks: Vec<(&'a Sensor, Vec<f64>)>,
 }
 
@@ -287,7 +281,7 @@ impl Sum<'_> {
             whole += share;
             mass += held;
             detected += held * self.pod[cell.index()];
-            now += self.now.map_or(0.0, |now| share * now[cell.index()]);
+            now += self.now.map_or(0.0, |now| share * now.of_each(cell));
             for (length, (_, lengths)) in tracks.iter_mut().zip(&self.tracks) {
                 *length += share * lengths[cell.index()];
             }

@@ -19,8 +19,8 @@ use dragnet_search::cell::{Cell, Position};
 use dragnet_search::mark::{Clue, Searched};
 use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::RobotId;
-use dragnet_search::one_subject::Standing;
 use dragnet_search::reach::{Reach, Sight};
+use dragnet_search::subjects::Standing;
 use dragnet_search::terrain::Terrain;
 use geo::{MultiLineString, MultiPolygon};
 
@@ -73,7 +73,7 @@ pub struct Account {
     pub areas: Vec<(Area, Option<Coverage>)>,
     /// The numbers of all areas that were searched, and of the whole search last.
     pub segments: Vec<SegmentRow>,
-    /// The posterior of the one subject by which cells are declared, if exactly one is sought.
+    /// The posterior of the subjects by which cells are declared, if their number is known.
     pub subject: Option<Standing>,
     /// Speed of a robot.
     speeds_meters_per_second: Vec<f64>,
@@ -110,9 +110,9 @@ impl Account {
         let detection_threshold = playback.detection_threshold();
         let pod = fold.probabilities_of_detection(detection_threshold);
         let frame = earth.frame;
-        let subject = playback.one_subject().map(|one| one.posterior(fold.belief()));
+        let subject = playback.subjects().map(|it| it.posterior(fold.belief()));
         let sensors = playback.sensors().unwrap_or_default();
-        let segments = Segments::new(Some(&earth), &fold, subject.is_some(), detection_threshold, sensors);
+        let segments = Segments::new(Some(&earth), &fold, playback.subjects(), detection_threshold, sensors);
         let table = segments.table(&fold, &pod, subject.as_ref());
         let terrain = fold.terrain().clone();
         let declared: BTreeSet<Cell> = fold.declared().iter().map(|object| object.cell).collect();

@@ -4,7 +4,7 @@ use dragnet_coordinator::fold::MissionFold;
 use dragnet_coordinator::playback::Playback;
 use dragnet_scenario::map_file::{BeliefFile, GeoPoint};
 use dragnet_scenario::time::MissionTime;
-use dragnet_search::one_subject::SubjectPosterior;
+use dragnet_search::subjects::SubjectPosterior;
 
 use crate::ExportError;
 use crate::account::earth;
@@ -31,12 +31,14 @@ pub fn belief_file(
         fold.take(record);
     }
     let mission = playback.run.get("scenario").map_or("recording", String::as_str);
-    let subject = playback.one_subject().map(|one| one.posterior(fold.belief()));
+    let subject = playback.subjects().map(|it| it.posterior(fold.belief()));
     let probability = |cell| match &subject {
         Some(subject) => subject.probability(cell),
         None => fold.belief().probability(cell),
     };
-    let rest_of_world = subject.as_ref().map(SubjectPosterior::rest_of_world);
+    // What is known of several subjects goes on as that of independent cells.
+    let one = subject.as_ref().filter(|subject| subject.number() == 1);
+    let rest_of_world = one.map(SubjectPosterior::rest_of_world);
     let terrain = fold.terrain();
     Ok(BeliefFile::new(mission, terrain, frame.as_ref(), playback.origin, probability, rest_of_world))
 }

@@ -11,8 +11,8 @@
 //!
 //! The point of a find is its position, which is known within `accuracy_meters` with a probability of 95 %; without that property it is the
 //! center of its cell. `picture` is the path of a robot's picture of a find, or null. `operator` is what the operator has decided about a find: `confirmed`, `dismissed` or null. A dismissed find that was found
-//! again is `found`. `clue` and `searched` are what the operator has marked, as far as it was not withdrawn. An area that was searched has `poa`, `pod`, `pos` and `cells`. In a search for one subject it has
-//! `probability_now` too, and the collection `subject`: the probabilities that the subject is in a declared cell (`pos`), in
+//! again is `found`. `clue` and `searched` are what the operator has marked, as far as it was not withdrawn. An area that was searched has `poa`, `pod`, `pos` and `cells`. In a search for subjects of known number it has
+//! `probability_now` too, that of each of them, and the collection `subject`: how many there are (`number`) and how many are expected in declared cells (`found`), in
 //! another searched cell (`remaining`), and outside (`rest_of_world`). When the file is read as a map, these features are
 //! ignored.
 
@@ -23,7 +23,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::mark::{Clue, Searched};
 use dragnet_search::observation::RobotId;
-use dragnet_search::one_subject::Standing;
+use dragnet_search::subjects::Standing;
 use geo::MultiPolygon;
 use geojson::{Feature, FeatureCollection, GeoJson, Geometry, GeometryValue, JsonObject, JsonValue};
 use serde_json::json;
@@ -62,8 +62,9 @@ pub fn text(account: &Account) -> String {
         "pos": account.total.pos(),
         "cells": account.total.cells,
     });
-    if let Some(Standing { found, remaining, out_of_reach, rest_of_world }) = account.subject {
+    if let Some(Standing { number, found, remaining, out_of_reach, rest_of_world }) = account.subject {
         total["subject"] = json!({
+            "number": number,
             "found": found,
             "remaining": remaining,
             "out_of_reach": out_of_reach,

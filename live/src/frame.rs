@@ -14,7 +14,7 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::mark::{Mark, Searched};
 use dragnet_search::observation::{RobotId, Source};
-use dragnet_search::one_subject::SubjectPosterior;
+use dragnet_search::subjects::{Standing, SubjectPosterior};
 use dragnet_search::terrain::Terrain;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -129,7 +129,7 @@ pub struct Frame {
     pub pod: f64,
     /// Expected remaining objects.
     pub expected: f64,
-    /// Where the one subject is, if exactly one is sought.
+    /// Where the subjects are, if their number is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub subject: Option<SubjectFrame>,
     /// Entropy of the map, nats.
@@ -156,12 +156,14 @@ pub struct Frame {
     pub curve: Vec<[f64; 3]>,
 }
 
-/// The probabilities of the one subject, 0 to 1; what they leave is in searched cells that are not declared.
+/// Where subjects are, as expected numbers; what they leave is in searched cells that are not declared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SubjectFrame {
-    /// That it is in a declared cell.
+    /// How many there are.
+    pub number: u32,
+    /// In declared cells.
     pub found: f64,
-    /// That it is outside of the searched cells.
+    /// Outside of the searched cells.
     pub rest_of_world: f64,
 }
 
@@ -308,7 +310,7 @@ pub struct Shown {
 }
 
 /// The belief in a cell, in 255 steps of its log-odds from [`LEAST_NATS`] (1) to [`MOST_NATS`] (255); 0 where nothing is
-/// searched. That in one subject is its posterior.
+/// searched. That in subjects of known number is their posterior.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
 pub fn level(view: &View, subject: Option<&SubjectPosterior>, cell: Cell) -> u8 {
@@ -358,9 +360,11 @@ impl Frame {
             orders: orders(view, &mut shown.orders),
             pod: view.total_pod(),
             expected: status.map_or(0.0, |status| status.expected_remaining),
-            subject: view
-                .standing()
-                .map(|it| SubjectFrame { found: it.found, rest_of_world: it.rest_of_world }),
+            subject: view.standing().map(|Standing { number, found, rest_of_world, .. }| SubjectFrame {
+                number,
+                found,
+                rest_of_world,
+            }),
             entropy: view.entropy_nats(),
             progress: view.progress(),
             messages: view.messages_per_second(),

@@ -23,7 +23,7 @@ pub fn about(playback: &Playback) -> About {
         sights: playback.sights().unwrap_or_default(),
         sensors: playback.sensors().unwrap_or_default(),
         speeds_meters_per_second: playback.of_robots("speed_meters_per_second").unwrap_or_default(),
-        one_subject: playback.one_subject(),
+        subjects: playback.subjects(),
         detection_threshold: playback.detection_threshold(),
         team: RobotId::first(robots).collect(),
         objects: objects(playback),

@@ -23,9 +23,9 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::{Belief, entropy_nats};
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::{Observation, RobotId, Source};
-use dragnet_search::one_subject::{OneSubject, Standing, SubjectPosterior};
 use dragnet_search::reach::{Reach, Sight};
 use dragnet_search::sensor::Sensor;
+use dragnet_search::subjects::{Standing, SubjectPosterior, Subjects};
 use dragnet_search::terrain::Terrain;
 
 use crate::curve::Curve;
@@ -53,8 +53,8 @@ pub struct About {
     pub sensors: Vec<Sensor>,
     /// The speed of each robot, by [`RobotId::index`]; empty for older recordings.
     pub speeds_meters_per_second: Vec<f64>,
-    /// That exactly one object is sought, if so.
-    pub one_subject: Option<OneSubject>,
+    /// That the number of objects is known, if so.
+    pub subjects: Option<Subjects>,
     /// Detection threshold.
     pub detection_threshold: f64,
     /// The robots of the team.
@@ -80,7 +80,7 @@ impl About {
                 .iter()
                 .map(|robot| robot.class.speed_meters_per_second)
                 .collect(),
-            one_subject: scenario.one_subject(),
+            subjects: scenario.subjects(),
             detection_threshold: scenario.mission().detection_threshold,
             team: scenario.robots().iter().map(|robot| robot.id).collect(),
             objects,
@@ -90,8 +90,8 @@ impl About {
 
     /// The segments of the mission.
     fn segments(&self, fold: &MissionFold) -> Segments {
-        let (is_for_one, sensors) = (self.one_subject.is_some(), self.sensors.clone());
-        Segments::new(self.earth.as_ref(), fold, is_for_one, self.detection_threshold, sensors)
+        let sensors = self.sensors.clone();
+        Segments::new(self.earth.as_ref(), fold, self.subjects, self.detection_threshold, sensors)
     }
 
     /// The prior of a belief in the form of [`About::prior`].
@@ -357,13 +357,13 @@ impl View {
         self.fold.belief()
     }
 
-    /// Where the one subject is, if exactly one is sought.
+    /// Where the subjects are, if their number is known.
     #[must_use]
     pub fn subject(&self) -> Option<SubjectPosterior> {
-        self.about.one_subject.map(|one| one.posterior(self.belief()))
+        self.about.subjects.map(|it| it.posterior(self.belief()))
     }
 
-    /// The posterior of the one subject by which cells are declared, if exactly one is sought.
+    /// The posterior of the subjects by which cells are declared, if their number is known.
     #[must_use]
     pub fn standing(&self) -> Option<Standing> {
         let declared: BTreeSet<Cell> = self.declared().iter().map(|object| object.cell).collect();
@@ -404,8 +404,8 @@ impl View {
         (is_seen && self.terrain().is_searched(cell)).then(|| self.searched.pod(cell))
     }
 
-    /// How thoroughly each segment was searched, and the whole search last, with the posterior of the one subject, if
-    /// exactly one is sought.
+    /// How thoroughly each segment was searched, and the whole search last, with the posterior of the subjects, if
+    /// their number is known.
     #[must_use]
     pub fn segments(&self, subject: Option<&SubjectPosterior>) -> &[SegmentRow] {
         let table = || self.segments.table(&self.fold, self.searched.pods(), subject);

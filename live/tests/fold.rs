@@ -171,7 +171,7 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
         sights: about(&playback).sights,
         sensors: about(&playback).sensors,
         speeds_meters_per_second: about(&playback).speeds_meters_per_second,
-        one_subject: scenario.one_subject(),
+        subjects: scenario.subjects(),
         detection_threshold: scenario.mission().detection_threshold,
         team: scenario.robots().iter().map(|robot| robot.id).collect(),
         objects: about(&playback).objects,

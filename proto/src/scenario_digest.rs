@@ -83,9 +83,11 @@ fn robots(scenario: &Scenario) -> u32 {
 }
 
 fn prior(scenario: &Scenario) -> u32 {
-    let one = scenario.one_subject().map(|one| rounded(one.rest_of_world(), STEPS_A_UNIT));
+    let subjects = scenario.subjects();
+    let rest = subjects.map_or(-1, |subjects| rounded(subjects.rest_of_world(), STEPS_A_UNIT));
+    let several = subjects.map(|subjects| i64::from(subjects.number())).filter(|&number| number > 1);
     let cells = scenario.prior().prior_log_odds().iter().map(|&nats| rounded(nats, STEPS_A_UNIT));
-    digest(std::iter::once(one.unwrap_or(-1)).chain(cells))
+    digest(std::iter::once(rest).chain(cells).chain(several))
 }
 
 fn mission(scenario: &Scenario) -> u32 {

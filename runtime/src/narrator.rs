@@ -28,8 +28,8 @@ use self::ending::Ending;
 pub(crate) struct Narrator {
     me: Participant,
     places: Places,
-    /// Whether exactly one object is sought.
-    is_for_one: bool,
+    /// Whether the number of objects is known.
+    is_of_subjects: bool,
     /// What the coordinator has declared last.
     declared: Vec<Detection>,
     /// Positions of objects, as far as robots knew them when they were told.
@@ -58,7 +58,7 @@ impl Narrator {
     pub(crate) fn new(me: Participant, places: Places) -> Self {
         Self {
             me,
-            is_for_one: places.is_for_one(),
+            is_of_subjects: places.is_of_subjects(),
             places,
             declared: Vec::new(),
             positions: BTreeMap::new(),
@@ -114,13 +114,13 @@ impl Narrator {
     fn done(&self, rest: &str) -> String {
         let (objects, by_hand) = (self.found.len(), self.by_hand());
         let mut parts = vec![format!("done: {rest}; objects declared: {objects}{by_hand}")];
-        if self.is_for_one {
+        if self.is_of_subjects {
             parts.extend(self.declared.iter().map(|object| self.find(object)));
         }
         parts.join("; ")
     }
 
-    /// A declared find of the one subject.
+    /// A declared find of a subject.
     fn find(&self, object: &Detection) -> String {
         let operator = self.verdicts.decision(object.cell);
         of_subject(&self.place(object.cell), object.probability, operator)
@@ -293,7 +293,7 @@ impl Narrator {
         let before = std::mem::replace(&mut self.found, declared);
         self.declared.clone_from(&status.declared);
         let new = news::declared(&before, status).filter_map(|(object, given)| {
-            let what = if self.is_for_one {
+            let what = if self.is_of_subjects {
                 self.find(object)
             } else {
                 let (place, probability) = (self.place(object.cell), object.probability);

@@ -3,7 +3,7 @@
 //! This crate has no clock, socket, file, thread or unseeded randomness: all inputs are arguments. Reading order:
 //!
 //! 1. [`cell`], [`terrain`], [`line_of_sight`], [`shape`], [`generated`]: the map;
-//! 2. [`sensor`], [`evidence`], [`belief`], [`one_subject`], [`observation`], [`object_position`]: observations and
+//! 2. [`sensor`], [`evidence`], [`belief`], [`subjects`], [`observation`], [`object_position`]: observations and
 //!    what follows from them;
 //! 3. [`utility`], [`utility_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
 //!    a teammate's plan, and the cells out of reach;
@@ -30,7 +30,6 @@ pub mod mark;
 pub mod measures;
 pub mod object_position;
 pub mod observation;
-pub mod one_subject;
 pub mod policy;
 pub mod reach;
 pub mod route;
@@ -38,6 +37,7 @@ pub mod seed;
 pub mod sensor;
 pub mod shape;
 pub mod situation;
+pub mod subjects;
 pub mod sweep;
 pub mod terrain;
 pub mod utility;

@@ -13,8 +13,8 @@ use dragnet_scenario::time::MissionTime;
 use dragnet_search::belief::Belief;
 use dragnet_search::evidence::Digest;
 use dragnet_search::measures::{Score, Truth};
-use dragnet_search::one_subject::Standing;
 use dragnet_search::reach::Reach;
+use dragnet_search::subjects::Standing;
 
 use crate::faults::Faults;
 use crate::participants::{LocalParticipants, Participants};
@@ -35,7 +35,7 @@ pub struct Episode {
     /// Expected number of objects in reach that are not found, by the belief; the true number is
     /// `score.false_negatives`.
     pub expected_remaining: f64,
-    /// Where the one subject is, by what is found, if exactly one is sought.
+    /// Where the subjects are, by what is found, if their number is known.
     pub subject: Option<Standing>,
     /// Path length of each robot, cells.
     pub path_cells: Vec<f64>,

@@ -83,7 +83,7 @@ pub enum StepContext {
         robot: RobotId,
         /// The cell.
         cell: Cell,
-        /// Its probability by all readings: of the one subject, if exactly one is sought.
+        /// Its probability by all readings: of a subject, if their number is known.
         probability: f64,
     },
 }

@@ -14,9 +14,9 @@ use dragnet_search::evidence::{CellEvidence, Reading};
 use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
-use dragnet_search::one_subject::{OneSubject, Standing};
 use dragnet_search::reach::Reach;
 use dragnet_search::seed::{Purpose, Stream, stream};
+use dragnet_search::subjects::{Standing, Subjects};
 use dragnet_search::terrain::Terrain;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -32,8 +32,8 @@ pub struct World {
     bodies: Vec<Body>,
     /// The belief from all readings of all robots.
     merged: Belief,
-    /// That exactly one object is sought, if so.
-    one_subject: Option<OneSubject>,
+    /// That the number of objects is known, if so.
+    subjects: Option<Subjects>,
     /// Cells that robots can observe, given their start cells.
     reach: Reach,
     detection_threshold: f64,
@@ -101,7 +101,7 @@ impl World {
             truth,
             bodies,
             merged,
-            one_subject: scenario.one_subject(),
+            subjects: scenario.subjects(),
             reach,
             detection_threshold,
             score,
@@ -139,23 +139,23 @@ impl World {
     /// Expected number of objects that the merged belief has not found, counting cells in reach.
     #[must_use]
     pub fn expected_remaining(&self) -> f64 {
-        match self.one_subject.map(|one| one.posterior(&self.merged)) {
+        match self.subjects.map(|it| it.posterior(&self.merged)) {
             Some(it) => it.expected_remaining(&self.terrain, &self.reach, |cell| self.is_found(cell)),
             None => self.merged.expected_remaining(&self.terrain, &self.reach, self.detection_threshold),
         }
     }
 
-    /// Where the one subject is by the merged belief, if exactly one is sought.
+    /// Where the subjects are by the merged belief, if their number is known.
     #[must_use]
     pub fn subject(&self) -> Option<Standing> {
-        let posterior = self.one_subject?.posterior(&self.merged);
+        let posterior = self.subjects?.posterior(&self.merged);
         Some(posterior.standing(&self.terrain, &self.reach, |cell| self.is_found(cell)))
     }
 
-    /// Probability of an object in a cell by the merged belief; of the one subject, if exactly one is sought.
+    /// Probability of an object in a cell by the merged belief; of a subject, if their number is known.
     #[must_use]
     pub fn probability(&self, cell: Cell) -> f64 {
-        match self.one_subject.map(|one| one.posterior(&self.merged)) {
+        match self.subjects.map(|it| it.posterior(&self.merged)) {
             Some(posterior) => posterior.probability(cell),
             None => self.merged.probability(cell),
         }
@@ -339,13 +339,16 @@ impl World {
 pub(crate) fn draw_truth(scenario: &Scenario, random: &mut Stream) -> Truth {
     let terrain = scenario.terrain();
     let searched: Vec<Cell> = terrain.searched_cells().collect();
-    let is_drawn = !matches!(scenario.objects(), Objects::Cells(_));
-    if is_drawn && scenario.one_subject().is_some_and(|one| random.random::<f64>() < one.rest_of_world()) {
-        return Truth::new(terrain, Vec::new());
-    }
+    // Those of the subjects that are not in the rest of the world.
+    let inside = |count: u32, random: &mut Stream| match scenario.subjects() {
+        Some(it) => (0..count).filter(|_| random.random::<f64>() >= it.rest_of_world()).count(),
+        None => count as usize,
+    };
     let cells = match (scenario.objects(), scenario.object_weights()) {
-        (Objects::Count(count), None) => searched.sample(random, *count as usize).copied().collect(),
-        (Objects::Count(count), Some(weights)) => sample(searched, weights, *count, random),
+        (Objects::Count(count), weights) => match (inside(*count, random), weights) {
+            (count, None) => searched.sample(random, count).copied().collect(),
+            (count, Some(weights)) => sample(searched, weights, count, random),
+        },
         (Objects::Density(density), None) => {
             searched.into_iter().filter(|_| random.random::<f64>() < *density).collect()
         }
@@ -360,10 +363,10 @@ pub(crate) fn draw_truth(scenario: &Scenario, random: &mut Stream) -> Truth {
 }
 
 /// So many of the cells, one after the other, each in proportion to its weight.
-fn sample(mut cells: Vec<Cell>, weights: &[f64], count: u32, random: &mut Stream) -> Vec<Cell> {
+fn sample(mut cells: Vec<Cell>, weights: &[f64], count: usize, random: &mut Stream) -> Vec<Cell> {
     cells.retain(|cell| weights[cell.index()] > 0.0);
     let mut drawn = Vec::new();
-    while drawn.len() < count as usize && !cells.is_empty() {
+    while drawn.len() < count && !cells.is_empty() {
         let total: f64 = cells.iter().map(|cell| weights[cell.index()]).sum();
         let mut left = random.random::<f64>() * total;
         let place = cells.iter().position(|cell| {

@@ -39,7 +39,7 @@ pub(super) fn continues(scenario: &Scenario) -> Option<String> {
     let (earlier, share) = (scenario.earlier()?, scenario.continued_share()?);
     let (file, mission) = (earlier.file.display(), &earlier.belief.mission);
     let expected: f64 = scenario.prior().probabilities().iter().sum();
-    let begins = match scenario.one_subject() {
+    let begins = match scenario.subjects() {
         Some(one) => format!(
             "the subject is in the area with {expected:.4}, outside of it with {:.4}",
             one.rest_of_world()

@@ -206,7 +206,7 @@ fn summary(account: &Account) -> String {
     head + &segments::table(&account.segments) + shared + &subject(account)
 }
 
-/// The finds of the one subject and where it is, and what the table's two probabilities mean.
+/// The finds of the subjects and where they are, and what the table's two probabilities mean.
 fn subject(account: &Account) -> String {
     let Some(standing) = account.subject else { return String::new() };
     let places = Places::new(&account.terrain, Some(&account.frame));
@@ -222,10 +222,12 @@ fn subject(account: &Account) -> String {
         )
     };
     let finds: String = account.found.iter().map(find).collect();
+    let each = if standing.number == 1 { "the subject" } else { "a subject" };
     format!(
-        "POS is of the effort, POA x POD: how probable it was beforehand that this search finds the subject there; the posterior \
-         is of the subject: how probable it is there after all that was seen\n\
-         the subject, by the posterior: {standing}\n{finds}"
+        "POS is of the effort, POA x POD: how probable it was beforehand that this search finds {each} there; the posterior \
+         is of {each}: how probable it is there after all that was seen\n\
+         the {}, by the posterior: {standing}\n{finds}",
+        standing.noun()
     )
 }
 

@@ -216,10 +216,10 @@ impl Teller {
         lines.extend(self.alive.difference(&alive).map(|robot| format!("robot {robot}  is lost")));
         self.alive = alive;
         let declared: BTreeSet<Cell> = status.declared.iter().map(|object| object.cell).collect();
-        let is_for_one = self.view.about().one_subject.is_some();
+        let is_of_subjects = self.view.about().subjects.is_some();
         lines.extend(news::declared(&self.declared, status).filter_map(|(object, given)| {
             let (place, probability) = (self.object(object.cell), object.probability);
-            let what = if is_for_one {
+            let what = if is_of_subjects {
                 format!("declared: {}", of_subject(&place, probability, self.verdicts.decision(object.cell)))
             } else {
                 format!("an object is declared at {place}, probability {probability:.4}")
@@ -262,7 +262,7 @@ impl Teller {
         )
     }
 
-    /// Where the one subject is at the end, and what its finds are, as lines.
+    /// Where the subjects are at the end, and what their finds are, as lines.
     fn subject(&self) -> String {
         let (Some(standing), Some(subject)) = (self.view.standing(), self.view.subject()) else {
             return String::new();
@@ -271,7 +271,7 @@ impl Teller {
             let operator = self.verdicts.decision(cell);
             format!("{}\n", of_subject(&self.object(cell), subject.probability(cell), operator))
         };
-        format!("the subject: {standing}\n{}", self.declared.iter().map(find).collect::<String>())
+        format!("the {}: {standing}\n{}", standing.noun(), self.declared.iter().map(find).collect::<String>())
     }
 }
 

@@ -36,7 +36,7 @@ fn assumed(scenario: &Scenario) -> String {
     let place = scenario
         .object_weights()
         .map_or("anywhere in the search area", |_| "as likely in each cell as the areas say");
-    let percent = scenario.one_subject().map_or(0.0, |one| (1e6 * one.rest_of_world()).round() / 1e4);
+    let percent = scenario.subjects().map_or(0.0, |one| (1e6 * one.rest_of_world()).round() / 1e4);
     let elsewhere = if percent > 0.0 { format!(" ({percent} % elsewhere)") } else { String::new() };
     format!(
         "{file} is a map: cells of {} m ({} x {}), a sensor with a radius of {} cells, {} {place}{elsewhere}, {}, \

@@ -4,7 +4,7 @@ use dragnet_coordinator::segment::SegmentRow;
 
 use crate::terminal::table::Table;
 
-/// The table of these segments; in a search for one subject with the posterior.
+/// The table of these segments; in a search for subjects of known number with the posterior.
 pub(super) fn table(rows: &[SegmentRow]) -> String {
     let is_one = rows.iter().any(|row| row.poa_now.is_some());
     let titles = ["area", "POA", "POD", "POS"].into_iter().chain(is_one.then_some("posterior"));

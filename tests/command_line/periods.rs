@@ -1,4 +1,4 @@
-//! Searches for one subject, and operational periods: what the first believed is the prior of the second.
+//! Searches for subjects of known number, and operational periods: what the first believed is the prior of the second.
 
 use std::fs;
 
@@ -70,6 +70,42 @@ fn all_commands_state_the_same_of_one_subject() {
 }
 
 #[test]
+fn all_commands_state_the_same_of_several_subjects() {
+    let place = Place::new();
+    place.write("three.toml", &FIRST.replace("count = 1", "count = 3"));
+    let report = place.json(&["run", "three.toml", "--seed", "0", "--record", "three.mcap", "--json"]);
+    let [found, remaining, outside] = ["found", "remaining", "rest_of_world"].map(|key| number(&report, key));
+    assert!((found + remaining + outside - 3.0).abs() < 1e-9, "{report}");
+    let stated = format!(
+        "of 3, {found:.4} expected in declared cells, {remaining:.4} elsewhere in the area, outside of the area {outside:.4}"
+    );
+    let told = place.succeed(&["run", "three.toml", "--seed", "0", "--no-record"]);
+    assert!(told.contains(&format!("subjects      {stated}")), "{stated} is not in {told}");
+    for command in [&["replay", "three.mcap"][..], &["export", "three.mcap", "--to", "three.geojson"]] {
+        let told = place.succeed(command);
+        assert!(told.contains(&stated), "{stated} is not in {told}");
+    }
+    let map: Value = serde_json::from_str(&fs::read_to_string(place.path("three.geojson")).unwrap()).unwrap();
+    assert_eq!(map["subject"]["number"], 3, "{}", map["subject"]);
+    let areas = map["features"].as_array().unwrap();
+    let shares = areas.iter().filter_map(|it| it["properties"]["probability_now"].as_f64());
+    assert!(shares.into_iter().all(|share| (0.0..=1.0).contains(&share)));
+
+    // What was believed of three is that of independent cells, and no prior of three who are counted.
+    let text = place.succeed(&["export", "three.mcap", "--to", "three.belief.json"]);
+    assert!(text.contains("objects expected in 144 searched cells"), "{text}");
+    place.refuse(
+        &["check", "three.toml", "--prior-from", "three.mcap"],
+        &[
+            "prior_from is what an earlier search believed, for 3 subjects",
+            "several without prior.rest_of_world",
+        ],
+    );
+    place.write("next.toml", &FIRST.replace("rest_of_world = 0.2", "").replace("count = 1", "count = 3"));
+    place.succeed(&["check", "next.toml", "--prior-from", "three.mcap"]);
+}
+
+#[test]
 fn the_second_period_begins_with_what_the_first_believed_also_in_other_cells() {
     let place = Place::new();
     let report = first(&place);
@@ -90,7 +126,7 @@ fn the_second_period_begins_with_what_the_first_believed_also_in_other_cells() {
         Scenario::load(&place.path("second.toml")).unwrap()
     };
     let inside = |scenario: &Scenario| scenario.prior().probabilities().iter().sum::<f64>();
-    let rest = |scenario: &Scenario| scenario.one_subject().unwrap().rest_of_world();
+    let rest = |scenario: &Scenario| scenario.subjects().unwrap().rest_of_world();
     for (rows, cell_meters) in [(12, 30.0), (24, 15.0), (6, 60.0), (9, 40.0)] {
         let scenario = second(rows, cell_meters);
         assert!((inside(&scenario) - remaining).abs() < 1e-4, "{rows}: {}", inside(&scenario));
@@ -221,7 +257,7 @@ fn a_search_continues_from_a_recording_also_over_another_area_in_other_cells() {
         let scenario = Scenario::load(&place.path("named.toml")).unwrap();
         let (inside, outside) = (
             scenario.prior().probabilities().iter().sum::<f64>(),
-            scenario.one_subject().unwrap().rest_of_world(),
+            scenario.subjects().unwrap().rest_of_world(),
         );
         assert!((inside + outside - 1.0).abs() < 1e-6, "{cell_meters}: {inside} {outside}");
         // What is left of the first area is kept to the cell; the new half has its share of the rest.

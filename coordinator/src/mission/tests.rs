@@ -35,7 +35,7 @@ fn mission() -> Mission {
         limits: limits(),
         prior: Belief::uniform(&terrain, 0.1).unwrap(),
         terrain,
-        one_subject: None,
+        subjects: None,
         detection_threshold: 0.95,
         robots: vec![ONE, TWO],
         speeds_meters_per_second: vec![1.0; 2],
@@ -327,8 +327,8 @@ fn certain_cells_of_the_prior_are_declared_from_the_start() {
 #[test]
 fn of_two_finds_of_one_subject_at_most_one_is_true() {
     let prior = Belief::uniform(&terrain(), 0.1).unwrap();
-    let one_subject = OneSubject::new(0.2);
-    let mut mission = Mission::new(CoordinatorConfig { prior, one_subject, ..mission().config });
+    let subjects = Subjects::new(1, 0.2);
+    let mut mission = Mission::new(CoordinatorConfig { prior, subjects, ..mission().config });
     let probabilities = |mission: &Mission| -> Vec<String> {
         mission.status(at(9)).declared.iter().map(|it| format!("{:.2}", it.probability)).collect()
     };

@@ -83,7 +83,7 @@ impl Episode {
             limits: limits(),
             terrain: terrain(),
             prior: prior(),
-            one_subject: None,
+            subjects: None,
             detection_threshold: 0.95,
             robots: ROBOTS.to_vec(),
             speeds_meters_per_second: vec![1.0; 2],

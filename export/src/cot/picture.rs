@@ -73,7 +73,7 @@ pub struct Picture {
     real_time_factor: f64,
     frame: Georeference,
     places: Places,
-    is_for_one: bool,
+    is_of_subjects: bool,
     team: Vec<Robot>,
     fold: MissionFold,
     finders: Finders,
@@ -125,7 +125,7 @@ impl Picture {
             real_time_factor,
             frame: earth.frame,
             places: scenario.places(),
-            is_for_one: scenario.one_subject().is_some(),
+            is_of_subjects: scenario.subjects().is_some(),
             team: scenario.robots().to_vec(),
             fold: MissionFold::new(scenario.terrain(), &prior),
             finders: Finders::new(scenario.mission().detection_threshold),
@@ -347,7 +347,7 @@ impl Picture {
         let known = self.fold.position(find.cell).map(|it| accuracy(it.accuracy_meters()));
         let known = known.map_or_else(String::new, |known| format!(" ({known})"));
         let place = format!("{}{known}", self.places.cell(find.cell));
-        let what = if self.is_for_one {
+        let what = if self.is_of_subjects {
             of_subject(&place, object.probability, find.operator)
         } else {
             let operator = match find.operator {

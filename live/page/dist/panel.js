@@ -37,16 +37,15 @@ export function showPanel(mission, goTo) {
     write("name", mission.hello.name);
     document.title = `${mission.hello.name} – Dragnet`;
     write("time", clock(frame.time));
-    write("progress-name", objects === null ? "Finds" : `Found of ${objects} (simulated) objects`);
+    const sought = (frame.subject?.number ?? 1) > 1 ? `, of ${frame.subject?.number} subjects` : "";
+    write("progress-name", objects === null ? `Finds${sought}` : `Found of ${objects} (simulated) objects`);
     write("progress-title", objects === null ? "Finds over time" : "Share of the objects found, over time");
     write("progress", objects === null ? String(frame.declared.length) : percent(frame.progress));
     write("pod", `${(100 * frame.pod).toFixed(0)} %`);
     write("expected", frame.expected.toFixed(frame.subject === undefined ? 1 : 2));
     element("subject", HTMLElement).hidden = frame.subject === undefined;
-    if (frame.subject !== undefined) {
-        write("subject-found", `${(100 * frame.subject.found).toFixed(0)} %`);
-        write("rest-of-world", `${(100 * frame.subject.rest_of_world).toFixed(0)} %`);
-    }
+    if (frame.subject !== undefined)
+        showSubjects(frame.subject);
     write("active", `${frame.robots.filter((robot) => robot.state === "searching").length} of ${frame.robots.length}`);
     write("entropy", `${frame.entropy.toFixed(1)} nats`);
     write("messages", frame.messages.toFixed(1));
@@ -58,6 +57,15 @@ export function showPanel(mission, goTo) {
         drawChart(element("entropy-chart", HTMLCanvasElement), mission, 1, undefined);
         showSegments(mission);
     }
+}
+function showSubjects(subjects) {
+    const { number, found, rest_of_world } = subjects;
+    const isOne = number === 1;
+    const place = isOne ? "The subject is at a find" : `Of ${number} subjects expected at finds`;
+    const text = (count) => (isOne ? `${(100 * count).toFixed(0)} %` : count.toFixed(2));
+    write("subject-title", `${place}; outside of the area`);
+    write("subject-found", text(found));
+    write("rest-of-world", text(rest_of_world));
 }
 function showRobots(mission, robots, goTo) {
     const body = element("robots", HTMLTableElement).tBodies[0];

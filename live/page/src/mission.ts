@@ -59,8 +59,8 @@ export interface Frame {
   orders?: OrderFrame[];
   pod: number;
   expected: number;
-  /** Where the one subject is, if exactly one is sought: in a declared cell, or outside of the area. */
-  subject?: { found: number; rest_of_world: number };
+  /** How many subjects are expected in declared cells, and outside of the area, if their number is known. */
+  subject?: { number: number; found: number; rest_of_world: number };
   entropy: number;
   progress: number;
   messages: number;

@@ -190,7 +190,9 @@ async function settings(page) {
   await until("what the end means is said", async () => /Of all missing 99 % are expected/.test(await text(page, "remaining-note")));
   await put(page, "field-remaining", "0.05");
   const elsewhere = page.locator("#field-elsewhere");
-  assert.ok(await elsewhere.isDisabled(), "two are not in one place");
+  assert.ok(await elsewhere.isEnabled(), "each of two may be elsewhere");
+  await put(page, "field-objects", "101");
+  await until("so many are not counted", async () => elsewhere.isDisabled());
   await put(page, "field-objects", "1");
   await until("one is somewhere in the area", async () => (await elsewhere.isEnabled()) && (await elsewhere.inputValue()) === "0");
   await put(page, "field-elsewhere", "20");

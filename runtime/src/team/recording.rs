@@ -7,7 +7,7 @@ use dragnet_coordinator::mission::{CoordinatorConfig, Mission};
 use dragnet_coordinator::node::CoordinatorNode;
 use dragnet_coordinator::record::encoder::{self, MessageListener};
 use dragnet_coordinator::record::{
-    Header, LINE_OF_SIGHT, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD, Recorder, THIN_WALLS,
+    Header, LINE_OF_SIGHT, MISSION_TIME, NOISE_VARIANCE, REST_OF_WORLD, Recorder, SUBJECTS, THIN_WALLS,
 };
 use dragnet_coordinator::recording::Notice;
 use dragnet_scenario::{Class, Scenario};
@@ -101,8 +101,11 @@ fn run_metadata(scenario: &Scenario, seed: u64, options: &Options) -> BTreeMap<S
     if let Some(earlier) = scenario.earlier() {
         facts.extend(metadata([("continues", earlier.belief.mission.clone())]));
     }
-    if let Some(one) = scenario.one_subject() {
-        facts.extend(metadata([(REST_OF_WORLD, one.rest_of_world().to_string())]));
+    if let Some(subjects) = scenario.subjects() {
+        facts.extend(metadata([(REST_OF_WORLD, subjects.rest_of_world().to_string())]));
+        if subjects.number() > 1 {
+            facts.extend(metadata([(SUBJECTS, subjects.number().to_string())]));
+        }
     }
     facts
 }

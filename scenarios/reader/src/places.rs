@@ -14,8 +14,8 @@ pub struct Places {
     grid: Grid,
     cell_meters: f64,
     frame: Option<Georeference>,
-    /// Whether exactly one object is sought there: a find of it is told as one of a subject.
-    pub(crate) is_for_one: bool,
+    /// Whether the number of objects there is known: a find is told as that of a subject.
+    pub(crate) is_of_subjects: bool,
 }
 
 impl Places {
@@ -26,14 +26,14 @@ impl Places {
             grid: terrain.grid(),
             cell_meters: terrain.cell_meters(),
             frame: frame.copied(),
-            is_for_one: false,
+            is_of_subjects: false,
         }
     }
 
-    /// Whether exactly one object is sought there, if they are a scenario's.
+    /// Whether the number of objects there is known, if they are places of a scenario.
     #[must_use]
-    pub const fn is_for_one(&self) -> bool {
-        self.is_for_one
+    pub const fn is_of_subjects(&self) -> bool {
+        self.is_of_subjects
     }
 
     /// A cell as scenarios write it: `[row, column]`, from the south-west.

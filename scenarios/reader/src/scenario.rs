@@ -28,9 +28,9 @@ use std::time::Duration;
 use dragnet_files::text_of;
 use dragnet_learn::policy::Shipped;
 use dragnet_search::belief::Belief;
-use dragnet_search::one_subject::OneSubject;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
+use dragnet_search::subjects::Subjects;
 use dragnet_search::terrain::Terrain;
 
 use crate::map_file::areas::Claims;
@@ -395,10 +395,10 @@ impl Scenario {
         &self.prior.belief
     }
 
-    /// That exactly one object is sought, if so: it is in a cell with the probability of the prior, or outside of all.
+    /// That the number of objects is known, if so: each is in a cell with the probability of the prior, or outside of all.
     #[must_use]
-    pub fn one_subject(&self) -> Option<OneSubject> {
-        self.prior.one_subject
+    pub fn subjects(&self) -> Option<Subjects> {
+        self.prior.subjects
     }
 
     /// What it continues by [`Scenario::continuing`], if anything.
@@ -435,7 +435,7 @@ impl Scenario {
     #[must_use]
     pub fn places(&self) -> Places {
         let mut places = Places::new(self.terrain(), self.georeference());
-        places.is_for_one = self.one_subject().is_some();
+        places.is_of_subjects = self.subjects().is_some();
         places
     }
 

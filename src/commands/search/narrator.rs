@@ -16,8 +16,8 @@ use crate::terminal::{self, counted};
 /// Observes a search, and prints a line for each decision and each find.
 pub(super) struct Narrator {
     places: Places,
-    /// Whether exactly one object is sought.
-    is_for_one: bool,
+    /// Whether the number of objects is known.
+    is_of_subjects: bool,
     bar: ProgressBar,
     watched: Watched,
     /// Cells that were found at some time, shape `[cells]`.
@@ -47,7 +47,7 @@ impl Narrator {
         let tracks = vec![Vec::new(); scenario.robots().len()];
         Self {
             places: scenario.places(),
-            is_for_one: scenario.one_subject().is_some(),
+            is_of_subjects: scenario.subjects().is_some(),
             bar,
             watched: Watched { tracks, finds: Vec::new() },
             was_found: vec![false; scenario.terrain().grid().cell_count()],
@@ -109,7 +109,7 @@ impl Narrator {
         self.watched.finds.push(Find { cell, robot, time });
         self.bar.set_message(format!("{} found", self.watched.finds.len()));
         let place = self.places.on_earth(cell);
-        let what = if self.is_for_one {
+        let what = if self.is_of_subjects {
             of_subject(&place, probability, None)
         } else {
             format!("finds an object at {place}")

@@ -8,7 +8,7 @@ use dragnet_proto::zones::Zone;
 use dragnet_runtime::team::Medium;
 use dragnet_scenario::Scenario;
 use dragnet_search::cell::{Cell, Position};
-use dragnet_search::one_subject::Standing;
+use dragnet_search::subjects::Standing;
 use dragnet_sim::comparison::Latencies;
 use dragnet_sim::episode::Episode;
 use serde::Serialize;
@@ -60,7 +60,7 @@ pub(super) struct Report {
     /// Searched cells that no robot can observe, and the number of objects expected there.
     cells_out_of_reach: usize,
     expected_out_of_reach: f64,
-    /// Where the one subject is; absent unless exactly one is sought.
+    /// Where the subjects are; absent unless their number is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     subject: Option<Subject>,
     /// When the last of the declared cells was found; absent if none is declared.
@@ -87,22 +87,23 @@ pub(super) struct Report {
     recording: Option<String>,
 }
 
-/// Probabilities of the one subject by all readings: `found`, `remaining` and `rest_of_world` add up to 1.
+/// Expected numbers of subjects by all readings: `found`, `remaining` and `rest_of_world` add up to `number`.
 #[derive(Serialize)]
 struct Subject {
-    /// That it is in a declared cell.
+    number: u32,
+    /// In declared cells.
     found: f64,
-    /// That it is in another searched cell.
+    /// In other searched cells.
     remaining: f64,
-    /// The part of it that is out of every robot's reach.
+    /// Those of them that are out of every robot's reach.
     out_of_reach: f64,
-    /// That it is outside of the searched cells.
+    /// Outside of the searched cells.
     rest_of_world: f64,
 }
 
 impl From<Standing> for Subject {
-    fn from(Standing { found, remaining, out_of_reach, rest_of_world }: Standing) -> Self {
-        Self { found, remaining, out_of_reach, rest_of_world }
+    fn from(Standing { number, found, remaining, out_of_reach, rest_of_world }: Standing) -> Self {
+        Self { number, found, remaining, out_of_reach, rest_of_world }
     }
 }
 
@@ -334,9 +335,9 @@ impl Report {
     }
 }
 
-/// The probability of each cell: in a search for one subject by its posterior.
+/// The probability of each cell: in a search for subjects of known number by their posterior.
 fn probability(scenario: &Scenario, episode: &Episode) -> impl Fn(Cell) -> f64 {
-    let probabilities = match scenario.one_subject() {
+    let probabilities = match scenario.subjects() {
         Some(one) => one.posterior(&episode.belief).probabilities().to_vec(),
         None => episode.belief.probabilities(),
     };
@@ -372,7 +373,7 @@ fn decided(scenario: &Scenario, episode: &Episode) -> Vec<finds::Find> {
     finds::finds(&declared, &episode.verdicts)
 }
 
-/// Where the one subject is, and what its finds are, as lines.
+/// Where the subjects are, and what their finds are, as lines.
 fn subject(scenario: &Scenario, episode: &Episode) -> String {
     let Some(standing) = episode.subject else { return String::new() };
     let (places, probability) = (scenario.places(), probability(scenario, episode));
@@ -382,7 +383,7 @@ fn subject(scenario: &Scenario, episode: &Episode) -> String {
     };
     let decided = decided(scenario, episode);
     let finds = decided.iter().filter(|find| find.is_declared).take(MAX_LISTED).map(find);
-    format!("subject       {standing}\n{}", finds.collect::<String>())
+    format!("{:14}{standing}\n{}", standing.noun(), finds.collect::<String>())
 }
 
 /// The objects found at the end, when and by which robot, the missed ones, and the false finds.
@@ -405,7 +406,7 @@ fn objects(scenario: &Scenario, episode: &Episode, finds: &[Find]) -> String {
         objects.filter(|&cell| !is_found(cell)).partition(|&cell| episode.reach.covers(cell));
     let searched = scenario.terrain().searched_cells();
     let wrong = searched.filter(|&cell| is_found(cell) && !truth.is_object(cell)).map(line);
-    let truly = if scenario.one_subject().is_some() { ", as the simulation knows" } else { "" };
+    let truly = if scenario.subjects().is_some() { ", as the simulation knows" } else { "" };
     let title = format!(
         "found {} of {}{truly}\n",
         episode.score.true_positives,

@@ -8,6 +8,7 @@ const SENSORS = {
 };
 const MOST_HOURS = 277_777;
 const MOST_KILOMETERS = 1_000_000;
+const MOST_SUBJECTS = 100;
 const rounded = (value) => Number(value.toFixed(6));
 function numeric(key, allowed = {}, unit = 1) {
     const [table = "", name = ""] = key.split(".");
@@ -38,7 +39,7 @@ const FIELDS = {
             objects.set(plan, value);
             if (value === 1)
                 plan.scenario.prior.rest_of_world ??= 0;
-            else
+            else if (!isKnown(plan))
                 delete plan.scenario.prior.rest_of_world;
         },
     },
@@ -114,7 +115,7 @@ export class Fields {
             if (problem !== undefined)
                 field.closest("details")?.setAttribute("open", "");
         }
-        element("field-elsewhere", HTMLInputElement).disabled = plan.scenario.objects.count !== 1;
+        element("field-elsewhere", HTMLInputElement).disabled = !isKnown(plan);
         element("suggested", HTMLInputElement).checked = plan.is_cell_suggested;
         const { map: { cell_meters }, sensor: { radius } } = plan.scenario;
         const { objects: { count }, mission: { stop_when_expected_remaining: remaining } } = plan.scenario;
@@ -124,6 +125,9 @@ export class Fields {
         element("sensor-note", HTMLElement).textContent =
             `Sees ${Number((radius * cell_meters).toFixed(1))} m: ${radius} ${radius === 1 ? "cell" : "cells"} of ${rounded(cell_meters)} m.`;
     }
+}
+function isKnown({ scenario: { objects: { count } } }) {
+    return count !== undefined && count >= 1 && count <= MOST_SUBJECTS;
 }
 function describeEnd(remaining, count) {
     if (remaining === 0)

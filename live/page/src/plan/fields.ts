@@ -25,6 +25,8 @@ const SENSORS: Record<string, { radius: number; noise_variance: number }> = {
 /** What a scenario allows at most: 1e9 seconds and 1e9 meters. */
 const MOST_HOURS = 277_777;
 const MOST_KILOMETERS = 1_000_000;
+/** The most whose number may be known for certain. */
+const MOST_SUBJECTS = 100;
 
 const rounded = (value: number) => Number(value.toFixed(6));
 
@@ -56,9 +58,9 @@ const FIELDS: Record<string, Field> = {
     ...objects, keys: [...objects.keys, "objects"],
     set: (plan, value) => {
       objects.set(plan, value);
-      // Of one alone it is certain that a find ends the search.
+      // Of one it is certain that there are no more; of several the number may be a guess.
       if (value === 1) plan.scenario.prior.rest_of_world ??= 0;
-      else delete plan.scenario.prior.rest_of_world;
+      else if (!isKnown(plan)) delete plan.scenario.prior.rest_of_world;
     },
   },
   "field-elsewhere": elsewhere,
@@ -132,7 +134,7 @@ export class Fields {
       field.setAttribute("aria-invalid", String(problem !== undefined));
       if (problem !== undefined) field.closest("details")?.setAttribute("open", "");
     }
-    element("field-elsewhere", HTMLInputElement).disabled = plan.scenario.objects.count !== 1;
+    element("field-elsewhere", HTMLInputElement).disabled = !isKnown(plan);
     element("suggested", HTMLInputElement).checked = plan.is_cell_suggested;
     const { map: { cell_meters }, sensor: { radius } } = plan.scenario;
     const { objects: { count }, mission: { stop_when_expected_remaining: remaining } } = plan.scenario;
@@ -142,6 +144,11 @@ export class Fields {
     element("sensor-note", HTMLElement).textContent =
       `Sees ${Number((radius * cell_meters).toFixed(1))} m: ${radius} ${radius === 1 ? "cell" : "cells"} of ${rounded(cell_meters)} m.`;
   }
+}
+
+/** Whether the number of the missing may be known for certain. */
+function isKnown({ scenario: { objects: { count } } }: Plan): boolean {
+  return count !== undefined && count >= 1 && count <= MOST_SUBJECTS;
 }
 
 /** What the end of the search means for the missing. */

@@ -180,9 +180,9 @@ pub struct PriorTable {
     /// earlier search believed in the end, `.belief.json` of `dragnet export`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Exactly one object is sought, and this is the probability that it is outside of the searched cells, the rest of the
-    /// world (ROW), 0 to below 1. The probabilities of all cells are scaled so that they and it add up to 1. Needs
-    /// `objects.count = 1`, or at most one of `objects.cells`; excludes `probability`. Without it cells are independent.
+    /// The number of objects is known, and this is the probability that each of them is outside of the searched cells, the rest
+    /// of the world (ROW), 0 to below 1. The probabilities of all cells are scaled so that they add up to the number expected
+    /// inside. Needs `objects.count` from 1 to 100, or `objects.cells`; excludes `probability`. Without it cells are independent.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1))]
     pub rest_of_world: Option<f64>,

@@ -41,12 +41,12 @@ impl Objects {
         }
     }
 
-    /// Whether there is one object, or none is placed.
-    pub(super) const fn is_at_most_one(&self) -> bool {
+    /// How many objects there are, if that is known: one, if none is placed.
+    pub(super) fn known_number(&self) -> Option<u32> {
         match self {
-            Self::Count(count) => *count == 1,
-            Self::Cells(cells) => cells.len() <= 1,
-            Self::Density(_) => false,
+            Self::Count(count) => Some(*count),
+            Self::Cells(cells) => Some(u32::try_from(cells.len()).unwrap_or(u32::MAX).max(1)),
+            Self::Density(_) => None,
         }
     }
 

@@ -134,7 +134,7 @@ pub(super) fn name(map: &Path) -> String {
 mod tests {
     use std::fs;
 
-    use dragnet_search::one_subject::OneSubject;
+    use dragnet_search::subjects::Subjects;
 
     use super::*;
     use crate::Scenario;
@@ -152,7 +152,7 @@ mod tests {
             let side = grid.rows().max(grid.columns());
             assert!((LONGEST_SIDE / 3..=LONGEST_SIDE).contains(&side), "{map}: {grid:?}");
             assert_eq!(scenario.robots().len(), 1);
-            assert_eq!(scenario.one_subject(), OneSubject::new(0.0), "{map}: a find ends the search");
+            assert_eq!(scenario.subjects(), Subjects::new(1, 0.0), "{map}: a find ends the search");
         }
         let drawn = tempfile::tempdir().unwrap();
         let map = drawn.path().join("The moor (west).txt");
@@ -179,10 +179,10 @@ mod tests {
             let map = folder.path().join("a.geojson");
             fs::write(&map, format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(",")))
                 .unwrap();
-            Scenario::load(&map).unwrap().one_subject()
+            Scenario::load(&map).unwrap().subjects()
         };
-        assert_eq!(elsewhere(square), OneSubject::new(0.2));
-        assert_eq!(elsewhere(west), OneSubject::new(0.0));
+        assert_eq!(elsewhere(square), Subjects::new(1, 0.2));
+        assert_eq!(elsewhere(west), Subjects::new(1, 0.0));
     }
 
     /// Areas reach up to 100 km.

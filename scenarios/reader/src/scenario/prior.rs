@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use dragnet_search::belief::Belief;
 use dragnet_search::cell::Cell;
-use dragnet_search::one_subject::OneSubject;
+use dragnet_search::subjects::Subjects;
 use dragnet_search::terrain::Terrain;
 
 use super::check::{self, Invalid};
@@ -39,8 +39,8 @@ pub(super) struct Prior {
     pub claims: Option<Claims>,
     /// Those of `prior.file`.
     pub areas: Areas,
-    /// That exactly one object is sought, if so: the belief and its rest of the world then add up to 1.
-    pub one_subject: Option<OneSubject>,
+    /// That the number of objects is known, if so: the belief and the rest of the world then add up to it.
+    pub subjects: Option<Subjects>,
     /// The share of the searched cells that an earlier search covers, 0 to 1, if it continues one: that may have found
     /// something.
     pub continued: Option<f64>,
@@ -60,7 +60,8 @@ impl Prior {
         let own = Self::of_table(table, folder, map_file, map, objects)?;
         let Some(EarlierBelief { file, belief }) = earlier else { return Ok(own) };
         let fault = |source| Fault::MapFile { key: PRIOR_FROM, source };
-        check_same_kind(file, belief, own.one_subject.is_some(), objects).map_err(fault)?;
+        own.check_continues(PRIOR_FROM)?;
+        check_same_kind(file, belief, own.subjects.is_some(), objects).map_err(fault)?;
         own.after(PRIOR_FROM, file, belief, map)
     }
 
@@ -76,12 +77,13 @@ impl Prior {
             let own = PriorTable { file: None, ..table.clone() };
             let own = Self::of_table(&own, folder, map_file, map, objects)?;
             let (key, file) = ("prior.file", folder.join(file));
+            own.check_continues(key)?;
             let earlier = BeliefFile::load(&file).map_err(|source| Fault::MapFile { key, source })?;
             return own.after(key, &file, &earlier, map);
         }
         let prior = Self::of_cells(table, folder, map_file, map, objects)?;
         match table.rest_of_world {
-            Some(rest_of_world) => Ok(prior.of_one(rest_of_world, table, &map.terrain, objects)?),
+            Some(rest_of_world) => Ok(prior.of_subjects(rest_of_world, table, &map.terrain, objects)?),
             None => Ok(prior),
         }
     }
@@ -116,8 +118,8 @@ impl Prior {
         }
     }
 
-    /// The prior of one object: each cell keeps its share of what is inside.
-    fn of_one(
+    /// The prior of a known number of objects: each cell keeps its share of those that are inside.
+    fn of_subjects(
         self,
         rest_of_world: f64,
         table: &PriorTable,
@@ -125,13 +127,16 @@ impl Prior {
         objects: &Objects,
     ) -> Result<Self, Invalid> {
         let key = "prior.rest_of_world";
-        let allowed = "at least 0 and below 1";
-        let one_subject =
-            OneSubject::new(rest_of_world).ok_or_else(|| Invalid::new(key, rest_of_world, allowed))?;
-        if !objects.is_at_most_one() {
-            let allowed = "exactly one object: objects.count = 1, or objects.cells with at most one cell";
-            return Err(Invalid::new(key, format!("given for {objects}"), allowed));
+        if !(0.0..1.0).contains(&rest_of_world) {
+            return Err(Invalid::new(key, rest_of_world, "at least 0 and below 1"));
         }
+        let number = objects.known_number();
+        let subjects = number.and_then(|number| Subjects::new(number, rest_of_world)).ok_or_else(|| {
+            let most = Subjects::MAX_NUMBER;
+            let allowed =
+                format!("a known number of objects: objects.count from 1 to {most}, or objects.cells");
+            Invalid::new(key, format!("given for {objects}"), allowed)
+        })?;
         if table.probability.is_some() {
             let allowed = "one of the two: with rest_of_world the probabilities of all cells follow";
             return Err(Invalid::new("prior", "probability and rest_of_world", allowed));
@@ -139,13 +144,9 @@ impl Prior {
         let mut probability = self.belief.probabilities();
         let inside: f64 = probability.iter().sum();
         for it in &mut probability {
-            *it *= (1.0 - rest_of_world) / inside;
+            *it *= f64::from(subjects.number()) * (1.0 - rest_of_world) / inside;
         }
-        Ok(Self {
-            belief: of_probabilities(key, &probability, terrain)?,
-            one_subject: Some(one_subject),
-            ..self
-        })
+        Ok(Self { belief: of_probabilities(key, &probability, terrain)?, subjects: Some(subjects), ..self })
     }
 
     /// What an earlier search believed, where it searched; elsewhere this prior.
@@ -164,8 +165,8 @@ impl Prior {
         let uncovered: Vec<f64> =
             own.iter().zip(&moved.covered).map(|(own, covered)| own * (1.0 - covered)).collect();
         let (found, elsewhere) = (moved.mass.iter().sum::<f64>(), uncovered.iter().sum::<f64>());
-        let (mut here, mut there, mut one_subject) = (1.0, 1.0, self.one_subject);
-        if let Some(one) = self.one_subject {
+        let (mut here, mut there, mut subjects) = (1.0, 1.0, self.subjects);
+        if let Some(one) = self.subjects {
             let outside = elsewhere + one.rest_of_world();
             if earlier.rest_of_world.is_none() {
                 // It counts expected objects, of which one is sought now.
@@ -173,7 +174,7 @@ impl Prior {
                 (here, there) = (factor, factor);
             } else if outside > 0.0 {
                 there = (1.0 - found).max(0.0) / outside;
-                one_subject = OneSubject::new(one.rest_of_world() * there);
+                subjects = Subjects::new(1, one.rest_of_world() * there);
             } else {
                 here = 1.0 / found;
             }
@@ -186,14 +187,27 @@ impl Prior {
             })
             .collect();
         let belief = of_probabilities(key, &probability, &map.terrain)?;
-        if one_subject.is_none() && self.one_subject.is_some() {
+        if subjects.is_none() && self.subjects.is_some() {
             let allowed = "some probability that the subject is in the area";
             return Err(Invalid::new(key, "sure that the subject is elsewhere", allowed).into());
         }
         let covered = |cell: Cell| moved.covered[cell.index()];
         let searched = map.terrain.searched_cells();
         let share = searched.map(covered).sum::<f64>() / map.terrain.searched_cells().count() as f64;
-        Ok(Self { belief, claims: None, one_subject, continued: Some(share), ..self })
+        Ok(Self { belief, claims: None, subjects, continued: Some(share), ..self })
+    }
+
+    /// Checks that what an earlier search believed can be the prior: where one of several subjects is says where the others are
+    /// not, which probabilities of cells do not tell.
+    fn check_continues(&self, key: &'static str) -> Result<(), Invalid> {
+        match self.subjects {
+            Some(subjects) if subjects.number() > 1 => {
+                let found = format!("what an earlier search believed, for {} subjects", subjects.number());
+                let allowed = "one subject, or several without prior.rest_of_world, in cells that are independent of each other";
+                Err(Invalid::new(key, found, allowed))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Checks that nothing is found before the first observation, except by an earlier search.
@@ -221,13 +235,13 @@ impl Prior {
         terrain: &Terrain,
     ) -> Result<Self, Fault> {
         let belief = of_probabilities(key, &prior.probability, terrain)?;
-        Ok(Self { belief, claims: Some(prior.claims), areas, one_subject: None, continued: None })
+        Ok(Self { belief, claims: Some(prior.claims), areas, subjects: None, continued: None })
     }
 }
 
 impl From<Belief> for Prior {
     fn from(belief: Belief) -> Self {
-        Self { belief, claims: None, areas: Areas::default(), one_subject: None, continued: None }
+        Self { belief, claims: None, areas: Areas::default(), subjects: None, continued: None }
     }
 }
 
@@ -397,14 +411,28 @@ budget_meters = 300
         let scenario = load(ONE, REGIONS).unwrap();
         let probability = |scenario: &Scenario| scenario.prior().probabilities();
         assert!(probability(&scenario).iter().all(|it| (it - 0.75 / 8.0).abs() < 1e-12));
-        assert!((scenario.one_subject().unwrap().rest_of_world() - 0.25).abs() < 1e-12);
+        assert!((scenario.subjects().unwrap().rest_of_world() - 0.25).abs() < 1e-12);
         let one_of_regions =
             DRAWN.replace("[prior]", "[prior]\nrest_of_world = 0.2").replace("count = 2", "count = 1");
         let given = probability(&load(&one_of_regions, REGIONS).unwrap());
         for (given, expected) in given.iter().zip([0.15, 0.15, 0.05, 0.05].repeat(2)) {
             assert!((given - expected).abs() < 1e-6, "{given} {expected}");
         }
-        assert!(load(DRAWN, REGIONS).unwrap().one_subject().is_none());
+        assert!(load(DRAWN, REGIONS).unwrap().subjects().is_none());
+    }
+
+    #[test]
+    fn several_subjects_are_in_as_many_cells_or_in_the_rest_of_the_world() {
+        let scenario = load(&ONE.replace("count = 1", "count = 2"), REGIONS).unwrap();
+        let probability = scenario.prior().probabilities();
+        assert!(probability.iter().all(|it| (it - 2.0 * 0.75 / 8.0).abs() < 1e-12), "{probability:?}");
+        let subjects = scenario.subjects().unwrap();
+        assert_eq!(subjects.number(), 2);
+        let posterior = subjects.posterior(scenario.prior());
+        let inside: f64 = posterior.probabilities().iter().sum();
+        assert!((inside + posterior.rest_of_world() - 2.0).abs() < 1e-9, "{inside}");
+        // Cells that hold two are left out, so that a little more is outside than the half that is drawn.
+        assert!((0.5..0.6).contains(&posterior.rest_of_world()), "{}", posterior.rest_of_world());
     }
 
     #[test]
@@ -415,7 +443,11 @@ budget_meters = 300
         check("0.25", "1", "a.toml .. line 6 .. prior.rest_of_world is 1; allowed is at least 0 and below 1");
         check("0.25", "-0.1", "prior.rest_of_world is -0.1");
         check("0.25", "nan", "prior.rest_of_world is NaN");
-        check("count = 1", "count = 2", "prior.rest_of_world is given for 2 objects .. objects.count = 1");
+        check(
+            "count = 1",
+            "count = 0",
+            "prior.rest_of_world is given for 0 objects .. objects.count from 1 to 100",
+        );
         check("count = 1", "density = 0.1", "prior.rest_of_world is given for an object in 10 %");
         check(
             "rest_of",
@@ -480,12 +512,12 @@ budget_meters = 300
         let same = believed(100.0, 2, 4, rest, "[0.1,0.2,0.0,0.0,0.1,0.1,0.1,0.0]");
         let scenario = next(&same, old, one).unwrap();
         assert_prior(&scenario, &[0.1, 0.2, 0.0, 0.0, 0.1, 0.1, 0.1, 0.0]);
-        assert!((scenario.one_subject().unwrap().rest_of_world() - 0.4).abs() < 1e-4);
+        assert!((scenario.subjects().unwrap().rest_of_world() - 0.4).abs() < 1e-4);
         // The northern row is new. Its own prior is 0.4, the rest of the world 0.2: they share the 0.6 that are not in the south.
         let south = believed(100.0, 1, 4, "\"rest_of_world\":0.6,", "[0.1,0.2,0.1,0.0]");
         let scenario = next(&south, old, one).unwrap();
         assert_prior(&scenario, &[0.1, 0.2, 0.1, 0.0, 0.1, 0.1, 0.1, 0.1]);
-        assert!((scenario.one_subject().unwrap().rest_of_world() - 0.2).abs() < 1e-4);
+        assert!((scenario.subjects().unwrap().rest_of_world() - 0.2).abs() < 1e-4);
         // The last search was for several: one of the expected objects is here with 0.8.
         let several = believed(100.0, 2, 4, "", "[0.4,0.4,0.0,0.0,0.4,0.4,0.0,0.0]");
         let scenario = next(&several, old, one).unwrap();

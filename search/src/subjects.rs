@@ -1,14 +1,14 @@
-//! One subject: a search for exactly one object, which is in one of the searched cells or outside of all of them.
+//! Subjects of known number: a search for exactly `N` objects, each in one of the searched cells or outside of all of them.
 //!
 //! A [`Belief`] takes cells for independent: each has a probability of its own, and evidence about one says nothing about
-//! another. If exactly one object is sought, evidence about a cell moves all others: where the subject is not, it is less
-//! likely to be, and elsewhere, also outside of the searched area, more likely. The evidence is the same sum in both cases
-//! ([`crate::evidence`]), so this is a view on a belief, computed on demand.
+//! another. If the number of objects is known, evidence about a cell moves all others: where no subject is, they are less
+//! likely to be, and elsewhere, also outside of the searched area, more likely; and once all are found, no other cell has one. The evidence is the same
+//! sum in both cases ([`crate::evidence`]), so this is a view on a belief, computed on demand.
 //!
 //! # Derivation
 //!
-//! Let `H(i)` say that the subject is in cell `i`, with the prior probability of area `p(i)` (POA), and `H(0)` that it is in
-//! the rest of the world (ROW), with `r = 1 - sum p(i)`. Readings are independent given where the subject is, and under
+//! Let first `N = 1`, and let `H(i)` say that the subject is in cell `i`, with the prior probability of area `p(i)` (POA), and `H(0)`
+//! that it is in the rest of the world (ROW), with `r = 1 - sum p(i)`. Readings are independent given where the subject is, and under
 //! `H(i)` only those of cell `i` have another distribution than under `H(0)`, under which all cells are empty. So all
 //! readings together are `e^l(i)` times as likely under `H(i)` as under `H(0)`, where `l(i)` is the log-likelihood ratio of
 //! the readings of cell `i` alone ([`crate::evidence::CellEvidence::log_likelihood_ratio_nats`]). By Bayes' rule
@@ -20,10 +20,24 @@
 //! A search by eye that found nothing has `e^l(i) = 1 - POD(i)`. Then `Z = 1 - sum p(i) POD(i)`, one minus the cumulative
 //! probability of success of search planning, and `P` is its updated POA. Before any reading `Z = 1`.
 //!
+//! `N` subjects are placed independently by the same `p` and `r`, and no cell holds two. Then the places of all of them are a set `S` of cells
+//! and `N - |S|` who are outside. A set stands for `N! / (N - |S|)!` ways to place them, so that with `w(i) = p(i) e^l(i)`
+//!
+//! ```text
+//! P(S) = product over i in S of w(i) * r^(N - |S|) / (N - |S|)! / Z
+//! ```
+//!
+//! where `Z` makes the sum over all sets of at most `N` cells 1. `P(i)` is the sum over the sets with cell `i`. That is the
+//! distribution of independent cells with the odds `w(i)`, and of a Poisson number outside with the mean `r`, given that there are `N` in all: for any
+//! factor on all `w` and `r`, which is chosen so that about `N` are expected (`several`).
+//!
 //! Sources: B. O. Koopman, "Search and Screening" (1946; Pergamon, 1980); L. D. Stone, "Theory of Optimal Search" (1975),
 //! where the target may be outside of the searched region with positive probability; IAMSAR Manual, Volume II, chapter 4
-//! (POC or POA, POD, POS). Departures: evidence is that of readings, which may speak for a subject as well, and cells that
+//! (POC or POA, POD, POS); for several, S. X. Chen and J. S. Liu, "Statistical Applications of the Poisson-Binomial and Conditional Bernoulli
+//! Distributions" (Statistica Sinica 7, 1997). Departures: evidence is that of readings, which may speak for a subject as well, and cells that
 //! an operator adds to the area take their mass from all places in proportion, since `Z` divides by what there is.
+
+mod several;
 
 use std::fmt;
 
@@ -32,53 +46,75 @@ use crate::cell::Cell;
 use crate::reach::Reach;
 use crate::terrain::Terrain;
 
-/// That exactly one object is sought.
+/// That the number of objects that are sought is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OneSubject {
+pub struct Subjects {
+    number: u32,
     rest_of_world: f64,
 }
 
-impl OneSubject {
-    /// A subject that is outside of the searched cells with this prior probability, 0 to below 1; `None` for other
-    /// numbers.
+impl Subjects {
+    /// The most subjects.
+    pub const MAX_NUMBER: u32 = 100;
+
+    /// So many subjects, 1 to [`Subjects::MAX_NUMBER`], each outside of the searched cells with this prior probability, 0 to
+    /// below 1; `None` for other numbers.
     #[must_use]
-    pub fn new(rest_of_world: f64) -> Option<Self> {
-        (0.0..1.0).contains(&rest_of_world).then_some(Self { rest_of_world })
+    pub fn new(number: u32, rest_of_world: f64) -> Option<Self> {
+        let is_valid = (1..=Self::MAX_NUMBER).contains(&number) && (0.0..1.0).contains(&rest_of_world);
+        is_valid.then_some(Self { number, rest_of_world })
     }
 
-    /// Prior probability that the subject is outside of the searched cells, 0 to below 1.
+    /// How many there are, from 1.
+    #[must_use]
+    pub const fn number(self) -> u32 {
+        self.number
+    }
+
+    /// Prior probability that a subject is outside of the searched cells, 0 to below 1.
     #[must_use]
     pub const fn rest_of_world(self) -> f64 {
         self.rest_of_world
     }
 
-    /// Where the subject is, given all evidence. [`Belief::prior_probability`] of a cell is its probability of area;
-    /// together they are one minus [`OneSubject::rest_of_world`], up to rounding and added cells. Equal evidence gives
+    /// Where the subjects are, given all evidence. [`Belief::prior_probability`] of a cell is its probability of area times their
+    /// number; together they are one minus [`Subjects::rest_of_world`] of that number, up to rounding and added cells. Equal evidence gives
     /// equal bits.
     #[must_use]
     pub fn posterior(self, belief: &Belief) -> SubjectPosterior {
         let prior = belief.prior_log_odds();
         let cells = prior.iter().zip(belief.evidence().cells());
-        let mut probability: Vec<f64> =
-            cells.map(|(prior, it)| ln_probability(*prior) + it.log_likelihood_ratio_nats()).collect();
-        let rest_nats = self.rest_of_world.ln();
-        // Strong evidence exceeds the range of exponentials: all are divided by the greatest.
-        let greatest_nats = probability.iter().copied().fold(rest_nats, f64::max);
-        if greatest_nats == f64::NEG_INFINITY {
-            // Nothing is searched.
-            return SubjectPosterior { probability: vec![0.0; probability.len()], rest_of_world: 1.0 };
+        let each_nats = f64::from(self.number).ln();
+        let nats =
+            cells.map(|(prior, it)| ln_probability(*prior) - each_nats + it.log_likelihood_ratio_nats());
+        let (nats, rest_nats) = (nats.collect(), self.rest_of_world.ln());
+        match self.number {
+            1 => of_one(nats, rest_nats),
+            number => {
+                let (probability, rest_of_world) = several::posterior(&nats, rest_nats, number as usize);
+                SubjectPosterior { number, probability, rest_of_world }
+            }
         }
-        let rest = (rest_nats - greatest_nats).exp();
-        let mut sum = rest;
-        for mass in &mut probability {
-            *mass = (*mass - greatest_nats).exp();
-            sum += *mass;
-        }
-        for mass in &mut probability {
-            *mass /= sum;
-        }
-        SubjectPosterior { probability, rest_of_world: rest / sum }
     }
+}
+
+fn of_one(mut probability: Vec<f64>, rest_nats: f64) -> SubjectPosterior {
+    // Strong evidence exceeds the range of exponentials: all are divided by the greatest.
+    let greatest_nats = probability.iter().copied().fold(rest_nats, f64::max);
+    if greatest_nats == f64::NEG_INFINITY {
+        // Nothing is searched.
+        return SubjectPosterior { number: 1, probability: vec![0.0; probability.len()], rest_of_world: 1.0 };
+    }
+    let rest = (rest_nats - greatest_nats).exp();
+    let mut sum = rest;
+    for mass in &mut probability {
+        *mass = (*mass - greatest_nats).exp();
+        sum += *mass;
+    }
+    for mass in &mut probability {
+        *mass /= sum;
+    }
+    SubjectPosterior { number: 1, probability, rest_of_world: rest / sum }
 }
 
 /// `ln p` of log-odds `ln(p / (1 - p))`.
@@ -91,48 +127,81 @@ fn ln_probability(log_odds_nats: f64) -> f64 {
     }
 }
 
-/// Where the one subject is: probabilities of all cells and of the rest of the world, which add up to 1.
+/// Where the subjects are: the probability of each cell, and the expected number in the rest of the world. They add up to
+/// the number of subjects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SubjectPosterior {
+    number: u32,
     probability: Vec<f64>,
     rest_of_world: f64,
 }
 
-/// The posterior by what was declared: found, remaining and rest of the world add up to 1. It is no probability of success
+/// The posterior by what was declared, as expected numbers of subjects: found, remaining and rest of the world add up to their
+/// number. Of one subject they are probabilities. It is no probability of success
 /// (POS), which says of an effort, and not of what was seen, how probable a find is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Standing {
-    /// Probability that the subject is in a declared cell.
+    /// How many there are.
+    pub number: u32,
+    /// Subjects in declared cells.
     pub found: f64,
-    /// Probability that it is in another searched cell.
+    /// In other searched cells.
     pub remaining: f64,
-    /// The part of it in cells out of every robot's reach: no search by these robots can lower it.
+    /// Those of them in cells out of every robot's reach: no search by these robots can lower it.
     pub out_of_reach: f64,
-    /// Probability that it is in the rest of the world (ROW).
+    /// In the rest of the world (ROW).
     pub rest_of_world: f64,
 }
 
 impl Standing {
-    /// The least probability out of reach that is told, as it is printed.
+    /// The least number out of reach that is told, as it is printed.
     const LEAST: f64 = 0.000_05;
+
+    /// `subject`, or `subjects` if there are several.
+    #[must_use]
+    pub const fn noun(&self) -> &'static str {
+        if self.number == 1 { "subject" } else { "subjects" }
+    }
 }
 
 impl fmt::Display for Standing {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { found, remaining, out_of_reach, rest_of_world } = self;
-        write!(formatter, "in a declared cell with {found:.4}, elsewhere in the area with {remaining:.4}")?;
+        let Self { number, found, remaining, out_of_reach, rest_of_world } = self;
+        match number {
+            1 => write!(
+                formatter,
+                "in a declared cell with {found:.4}, elsewhere in the area with {remaining:.4}"
+            )?,
+            _ => write!(
+                formatter,
+                "of {number}, {found:.4} expected in declared cells, {remaining:.4} elsewhere in the area"
+            )?,
+        }
         if *out_of_reach >= Self::LEAST {
             write!(formatter, ", of which {out_of_reach:.4} out of every robot's reach")?;
         }
-        write!(formatter, ", outside of the area with {rest_of_world:.4}")
+        let with = if *number == 1 { "with " } else { "" };
+        write!(formatter, ", outside of the area {with}{rest_of_world:.4}")
     }
 }
 
 impl SubjectPosterior {
-    /// Probability that the subject is in a cell.
+    /// How many subjects there are.
+    #[must_use]
+    pub const fn number(&self) -> u32 {
+        self.number
+    }
+
+    /// Probability that a subject is in a cell.
     #[must_use]
     pub fn probability(&self, cell: Cell) -> f64 {
         self.probability[cell.index()]
+    }
+
+    /// Probability that a certain one of the subjects is in a cell.
+    #[must_use]
+    pub fn of_each(&self, cell: Cell) -> f64 {
+        self.probability(cell) / f64::from(self.number)
     }
 
     /// Probability of each cell, shape `[cells]`; 0 where nothing is searched.
@@ -141,13 +210,13 @@ impl SubjectPosterior {
         &self.probability
     }
 
-    /// Probability that the subject is outside of all searched cells.
+    /// How many subjects are expected outside of all searched cells; of one subject, the probability that it is.
     #[must_use]
     pub const fn rest_of_world(&self) -> f64 {
         self.rest_of_world
     }
 
-    /// The expected number of the one subject, 0 to 1, in cells in reach that are not declared.
+    /// The expected number of subjects in cells in reach that are not declared.
     #[must_use]
     pub fn expected_remaining(
         &self,
@@ -159,12 +228,12 @@ impl SubjectPosterior {
         remaining.map(|cell| self.probability(cell)).sum::<f64>() + 0.0
     }
 
-    /// The posterior by which cells are declared. As long as the prior and the sensor's model are right, the subject is in
-    /// a declared cell as often as [`Standing::found`] says, whenever and by whatever rule the search ends.
+    /// The posterior by which cells are declared. As long as the prior and the sensor's model are right, as many subjects are in
+    /// declared cells in the mean as [`Standing::found`] says, whenever and by whatever rule the search ends.
     #[must_use]
     pub fn standing(&self, terrain: &Terrain, reach: &Reach, is_declared: impl Fn(Cell) -> bool) -> Standing {
-        let mut standing =
-            Standing { found: 0.0, remaining: 0.0, out_of_reach: 0.0, rest_of_world: self.rest_of_world };
+        let Self { number, rest_of_world, .. } = *self;
+        let mut standing = Standing { number, found: 0.0, remaining: 0.0, out_of_reach: 0.0, rest_of_world };
         for cell in terrain.searched_cells() {
             let probability = self.probability(cell);
             if is_declared(cell) {
@@ -216,7 +285,7 @@ mod tests {
     #[test]
     fn what_is_not_here_is_more_likely_elsewhere() {
         let (_, mut belief, cells) = field("...", &[0.5, 0.3, 0.1]);
-        let subject = OneSubject::new(0.1).unwrap();
+        let subject = Subjects::new(1, 0.1).unwrap();
         assert_near(subject.posterior(&belief).probabilities(), &[0.5, 0.3, 0.1]);
         tell(&mut belief, cells[0], 0.2_f64.ln());
         let posterior = subject.posterior(&belief);
@@ -231,7 +300,7 @@ mod tests {
     #[test]
     fn a_find_takes_the_mass_of_all_other_places_and_two_contradict_each_other() {
         let (terrain, mut belief, cells) = field("....", &[0.2; 4]);
-        let subject = OneSubject::new(0.2).unwrap();
+        let subject = Subjects::new(1, 0.2).unwrap();
         tell(&mut belief, cells[0], 10.0);
         let everywhere = Reach::unknown(terrain.grid());
         let standing = subject.posterior(&belief).standing(&terrain, &everywhere, |cell| cell == cells[0]);
@@ -247,14 +316,14 @@ mod tests {
     #[test]
     fn certain_evidence_and_certain_areas_stay_numbers() {
         let (terrain, mut belief, cells) = field("..,", &[0.7, 0.3, 0.9]);
-        let inside = OneSubject::new(0.0).unwrap();
+        let inside = Subjects::new(1, 0.0).unwrap();
         for cell in [cells[0], cells[1]] {
             for _ in 0..40 {
                 tell(&mut belief, cell, -40.0);
             }
         }
         assert_near(inside.posterior(&belief).probabilities(), &[0.7, 0.3, 0.0]);
-        assert_near(&[OneSubject::new(0.01).unwrap().posterior(&belief).rest_of_world()], &[1.0]);
+        assert_near(&[Subjects::new(1, 0.01).unwrap().posterior(&belief).rest_of_world()], &[1.0]);
         for _ in 0..60 {
             tell(&mut belief, cells[1], 40.0);
         }
@@ -262,14 +331,14 @@ mod tests {
         let nowhere = Belief::uniform(&terrain, 0.0).unwrap();
         assert_near(&[inside.posterior(&nowhere).rest_of_world()], &[1.0]);
         for wrong in [-0.1, 1.0, f64::NAN] {
-            assert_eq!(OneSubject::new(wrong), None);
+            assert_eq!(Subjects::new(1, wrong), None);
         }
     }
 
     #[test]
     fn the_subject_remains_in_cells_in_reach_that_are_not_declared() {
         let (terrain, belief, cells) = field(".~~~", &[0.2; 4]);
-        let posterior = OneSubject::new(0.2).unwrap().posterior(&belief);
+        let posterior = Subjects::new(1, 0.2).unwrap().posterior(&belief);
         let mut reach = Reach::unknown(terrain.grid());
         let remaining =
             |reach: &Reach| posterior.expected_remaining(&terrain, reach, |cell| cell == cells[0]);
@@ -298,7 +367,7 @@ mod tests {
             let mut joint: Vec<f64> = cells.iter().map(|&cell| prior[cell.index()] * likelihood(cell)).collect();
             joint.push(prior[4]);
             let total: f64 = joint.iter().sum();
-            let posterior = OneSubject::new(prior[4]).unwrap().posterior(&belief);
+            let posterior = Subjects::new(1, prior[4]).unwrap().posterior(&belief);
             for (&cell, joint) in cells.iter().zip(&joint) {
                 prop_assert!((posterior.probability(cell) - joint / total).abs() < 1e-9);
             }

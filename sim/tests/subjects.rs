@@ -1,4 +1,4 @@
-//! Searches for one subject: what is stated is what happens, as often as it is stated.
+//! Searches for subjects of known number: what is stated is what happens, as often as it is stated.
 #![expect(
     clippy::unwrap_used,
     reason = "a test fails by a panic; Clippy knows only functions marked as tests"
@@ -13,13 +13,17 @@ use dragnet_sim::simulation::End;
 
 const SEARCHES: u64 = 400;
 
-/// A search of eight by eight cells by one robot. Its budget ends many searches before all is searched, so that the
+/// A search for one subject in eight by eight cells by one robot. Its budget ends many searches before all is searched, so that the
 /// probabilities of different searches differ.
 fn search(rest_of_world: f64, budget_meters: f64, noise_variance: f64) -> Scenario {
+    search_for(1, rest_of_world, budget_meters, noise_variance)
+}
+
+fn search_for(number: u32, rest_of_world: f64, budget_meters: f64, noise_variance: f64) -> Scenario {
     let text = format!(
         "name = 'one'\nmap = {{ shape = 'all_traversable', rows = 8, columns = 8, cell_meters = 10.0 }}\n\
          sensor = {{ radius = 1, noise_variance = {noise_variance:?} }}\nprior.rest_of_world = {rest_of_world:?}\n\
-         objects.count = 1\nrobots.policy = 'greedy'\nmission.budget_meters = {budget_meters:?}\n"
+         objects.count = {number}\nrobots.policy = 'greedy'\nmission.budget_meters = {budget_meters:?}\n"
     );
     Scenario::from_text(Path::new("one.toml"), text).unwrap()
 }
@@ -98,4 +102,52 @@ fn a_search_for_somebody_who_is_not_there_ends_by_its_stopping_rule() {
     }
     let sure = absent.iter().filter(|search| search.subject.unwrap().rest_of_world > 0.9).count();
     assert!(sure as f64 > 0.9 * absent.len() as f64, "{sure} of {}", absent.len());
+}
+
+/// A number that was stated in the mean, and what it was, for each search.
+fn assert_stated(searches: &[Episode], what: &str, of: impl Fn(&Episode) -> (f64, usize)) {
+    let errors: Vec<f64> = searches.iter().map(of).map(|(stated, counted)| counted as f64 - stated).collect();
+    let count = errors.len() as f64;
+    let mean = errors.iter().sum::<f64>() / count;
+    let variance = errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    let error = (variance / count).sqrt();
+    assert!(mean.abs() <= 3.0 * error, "{what}: {mean} ± {error} more than stated");
+    assert!(error > 0.001, "{what} was never in doubt: {error}");
+}
+
+#[test]
+fn of_four_subjects_as_many_are_found_outside_or_left_as_stated() {
+    let scenario = search_for(4, 0.2, 350.0, 0.3);
+    let searches = run(&scenario);
+    let threshold = scenario.mission().detection_threshold;
+    let found = |search: &Episode| {
+        let objects = search.truth.objects();
+        objects.iter().filter(|&&cell| search.belief.is_found(cell, threshold)).count()
+    };
+    let standing = |search: &Episode| search.subject.unwrap();
+    assert_stated(&searches, "found", |search| (standing(search).found, found(search)));
+    assert_stated(&searches, "left", |search| {
+        (standing(search).remaining, search.truth.objects().len() - found(search))
+    });
+    assert_stated(&searches, "outside", |search| {
+        (standing(search).rest_of_world, 4 - search.truth.objects().len())
+    });
+}
+
+#[test]
+fn a_search_for_three_who_are_all_here_ends_with_the_third_find_and_not_before() {
+    let scenario = search_for(3, 0.0, 100_000.0, 0.05);
+    let independent = scenario.source().text.replace("prior.rest_of_world = 0.0\n", "");
+    let independent = Scenario::from_text(Path::new("three.toml"), independent).unwrap();
+    let threshold = scenario.mission().detection_threshold;
+    // Searches that ended with less than three, and cells.
+    let [known, guessed] = [&scenario, &independent].map(|scenario| {
+        run(scenario).iter().fold((0, 0.0), |(early, cells), search| {
+            let is_found = |cell: &&Cell| search.belief.is_found(**cell, threshold);
+            let found = search.truth.objects().iter().filter(is_found).count();
+            (early + usize::from(found < 3), cells + search.path_cells[0])
+        })
+    });
+    assert!(known.0 * 4 <= guessed.0, "{known:?} {guessed:?}");
+    assert!(known.1 < guessed.1, "{known:?} {guessed:?}");
 }

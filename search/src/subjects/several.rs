@@ -1,0 +1,213 @@
+//! The posterior of several subjects.
+
+use std::iter;
+
+/// How far from the number of subjects the mean of the tilted distribution may be.
+const TOLERANCE: f64 = 0.25;
+/// Log-odds from which a cell is certain to a 64-bit number.
+const CERTAIN_NATS: f64 = 50.0;
+/// Halvings of an interval after which 64-bit numbers leave nothing to halve.
+const MOST_HALVINGS: u32 = 100;
+
+/// With which probability each place holds a subject, and how many subjects are in the rest of the world in the mean.
+///
+/// `nats` are logarithms of the weights `p(i) e^l(i)`, `rest_nats` is that of `r`, and there are at least two subjects. If the subjects
+/// do not fit into the cells, and cannot be outside, all cells that may hold one do.
+pub(super) fn posterior(nats: &[f64], rest_nats: f64, number: usize) -> (Vec<f64>, f64) {
+    let possible: Vec<usize> = (0..nats.len()).filter(|&cell| nats[cell] > f64::NEG_INFINITY).collect();
+    let mut probability = vec![0.0; nats.len()];
+    if rest_nats == f64::NEG_INFINITY && possible.len() <= number {
+        for cell in possible {
+            probability[cell] = 1.0;
+        }
+        return (probability, 0.0);
+    }
+    let weights: Vec<f64> = possible.iter().map(|&cell| nats[cell]).collect();
+    let tilt = tilt(&weights, rest_nats, number);
+    let tilted: Vec<f64> = weights.iter().map(|nats| logistic(nats + tilt)).collect();
+    let outside = poisson((rest_nats + tilt).exp(), number);
+    let (of_cells, rest) = given_number(&tilted, &outside, number);
+    for (cell, given) in possible.into_iter().zip(of_cells) {
+        probability[cell] = given;
+    }
+    (probability, rest)
+}
+
+/// The logarithm of the factor on all weights by which about as many subjects are expected as there are, if each cell holds
+/// one independently of all others. Given their number, the factor makes no difference; it keeps all sums within the range of numbers.
+fn tilt(nats: &[f64], rest_nats: f64, number: usize) -> f64 {
+    let expected = |tilt: f64| {
+        let inside: f64 = nats.iter().map(|nats| logistic(nats + tilt)).sum();
+        inside + (rest_nats + tilt).exp() - number as f64
+    };
+    let greatest = nats.iter().copied().fold(rest_nats, f64::max);
+    let mut low = -greatest - (nats.len() as f64 + 1.0).ln();
+    // As many are certain, or outside.
+    let outside = (number as f64).ln() - rest_nats;
+    let mut high = match nats.len().checked_sub(number) {
+        Some(others) => {
+            let mut sorted = nats.to_vec();
+            let (_, least, _) = sorted.select_nth_unstable_by(others, f64::total_cmp);
+            outside.min(CERTAIN_NATS - *least)
+        }
+        None => outside,
+    };
+    let mut middle = f64::midpoint(low, high);
+    for _ in 0..MOST_HALVINGS {
+        let excess = expected(middle);
+        if excess.abs() <= TOLERANCE {
+            break;
+        }
+        *(if excess > 0.0 { &mut high } else { &mut low }) = middle;
+        middle = f64::midpoint(low, high);
+    }
+    middle
+}
+
+/// The probability of each cell given that there are `number` in all, for cells that hold one each independently, with these
+/// probabilities, and a number outside that has this distribution; and the mean number outside.
+///
+/// All sums are of positive numbers: those of all cells but one are put together from the cells before it and those after it, in
+/// blocks of about the square root of their number, so that neither memory nor time grows with its square.
+fn given_number(cells: &[f64], outside: &[f64], number: usize) -> (Vec<f64>, f64) {
+    let blocks: Vec<&[f64]> = cells.chunks(cells.len().isqrt().max(1)).collect();
+    let of_blocks: Vec<Vec<f64>> =
+        blocks.iter().map(|cells| cells.iter().fold(vec![1.0], |sums, &p| with(&sums, p, number))).collect();
+    // Of all blocks from one on.
+    let mut after = vec![vec![1.0]];
+    for sums in of_blocks.iter().rev() {
+        after.push(product(sums, &after[after.len() - 1], number));
+    }
+    let of_cells = after.pop().unwrap_or_default();
+    let total = at_degree(&of_cells, outside, number);
+    let counted: Vec<f64> = (0..).zip(outside).map(|(count, p)| f64::from(count) * p).collect();
+    let rest = at_degree(&of_cells, &counted, number) / total;
+
+    let mut before = outside.to_vec();
+    let mut probability = Vec::with_capacity(cells.len());
+    for (cells, of_block) in blocks.iter().zip(&of_blocks) {
+        let others = product(&before, &after.pop().unwrap_or_default(), number);
+        // Of the cells of this block from one on, with all other blocks.
+        let mut from: Vec<Vec<f64>> = vec![others];
+        for &p in cells.iter().skip(1).rev() {
+            from.push(with(&from[from.len() - 1], p, number));
+        }
+        let mut up_to = vec![1.0];
+        for (&p, rest) in cells.iter().zip(from.iter().rev()) {
+            let with_one = p * at_degree(&up_to, rest, number - 1);
+            let without = (1.0 - p) * at_degree(&up_to, rest, number);
+            probability.push(with_one / (with_one + without));
+            up_to = with(&up_to, p, number);
+        }
+        before = product(&before, of_block, number);
+    }
+    (probability, rest)
+}
+
+/// The distribution of a number, up to a degree, with one more cell that counts with this probability.
+fn with(sums: &[f64], p: f64, degree: usize) -> Vec<f64> {
+    let more = iter::once(0.0).chain(sums.iter().copied());
+    let same = sums.iter().copied().chain(iter::once(0.0));
+    same.zip(more).take(degree + 1).map(|(same, more)| same * (1.0 - p) + more * p).collect()
+}
+
+/// The distribution of the sum of two numbers, up to a degree.
+fn product(a: &[f64], b: &[f64], degree: usize) -> Vec<f64> {
+    let mut product = vec![0.0; (a.len() + b.len() - 1).min(degree + 1)];
+    for (i, a) in a.iter().enumerate() {
+        for (sum, b) in product.iter_mut().skip(i).zip(b) {
+            *sum += a * b;
+        }
+    }
+    product
+}
+
+/// The probability that the sum of two numbers is this one.
+fn at_degree(a: &[f64], b: &[f64], degree: usize) -> f64 {
+    let pairs = a.iter().take(degree + 1).enumerate().filter_map(|(i, a)| Some((a, b.get(degree - i)?)));
+    pairs.map(|(a, b)| a * b).sum()
+}
+
+/// The Poisson distribution of a mean, up to a number.
+fn poisson(mean: f64, number: usize) -> Vec<f64> {
+    let mut next = (-mean).exp();
+    let mut count = 0.0;
+    let terms = iter::from_fn(|| {
+        let term = next;
+        count += 1.0;
+        next *= mean / count;
+        Some(term)
+    });
+    terms.take(number + 1).collect()
+}
+
+fn logistic(nats: f64) -> f64 {
+    1.0 / (1.0 + (-nats).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// By enumeration of all sets of cells: what is not in one of them is outside.
+    fn enumerated(nats: &[f64], rest_nats: f64, number: usize) -> (Vec<f64>, f64) {
+        let greatest = nats.iter().copied().fold(rest_nats, f64::max);
+        let (mut cells, mut outside, mut total) = (vec![0.0; nats.len()], 0.0, 0.0);
+        for set in 0_u32..1 << nats.len() {
+            let inside: Vec<usize> = (0..nats.len()).filter(|cell| set >> cell & 1 == 1).collect();
+            let Some(rest) = number.checked_sub(inside.len()) else { continue };
+            let orders: f64 = (1..=rest).map(|it| it as f64).product();
+            let of_cells: f64 = inside.iter().map(|&cell| (nats[cell] - greatest).exp()).product();
+            let weight = of_cells * (rest_nats - greatest).exp().powi(i32::try_from(rest).unwrap()) / orders;
+            total += weight;
+            outside += rest as f64 * weight;
+            for cell in inside {
+                cells[cell] += weight;
+            }
+        }
+        (cells.into_iter().map(|it| it / total).collect(), outside / total)
+    }
+
+    proptest! {
+        #[test]
+        fn it_is_that_of_all_sets_of_cells_together(
+            nats in prop::collection::vec(prop_oneof![9 => -9.0_f64..9.0, 1 => Just(f64::NEG_INFINITY)], 4..10),
+            rest in 0.001_f64..0.9, is_outside in any::<bool>(), number in 2_usize..5,
+        ) {
+            let rest_nats = if is_outside { rest.ln() } else { f64::NEG_INFINITY };
+            let possible = nats.iter().filter(|nats| nats.is_finite()).count();
+            prop_assume!(is_outside || possible >= number);
+            let (expected, outside) = enumerated(&nats, rest_nats, number);
+            let (given, rest) = posterior(&nats, rest_nats, number);
+            for (given, expected) in given.iter().zip(&expected) {
+                prop_assert!((given - expected).abs() < 1e-9, "{given} {expected}");
+            }
+            prop_assert!((rest - outside).abs() < 1e-9, "{rest} {outside}");
+            prop_assert!((given.iter().sum::<f64>() + rest - number as f64).abs() < 1e-9);
+        }
+
+        /// Evidence of many readings exceeds the range of exponentials by far.
+        #[test]
+        fn strong_evidence_stays_numbers(
+            found in 0_usize..6, empty in prop::bool::weighted(0.7), is_outside in any::<bool>(),
+            number in 2_usize..40, cells in 50_usize..400,
+        ) {
+            let mut nats = vec![if empty { -5000.0 } else { -7.0 }; cells];
+            nats[..found].fill(4000.0);
+            let rest_nats = if is_outside { -2.0 } else { f64::NEG_INFINITY };
+            let (given, rest) = posterior(&nats, rest_nats, number);
+            prop_assert!(given.iter().all(|p| (0.0..=1.0).contains(p)), "{given:?}");
+            let sum = given.iter().sum::<f64>() + rest;
+            prop_assert!((sum - number as f64).abs() < 1e-9 * number as f64, "{sum}");
+            let sure = found.min(number) as f64 / found as f64;
+            prop_assert!(given[..found].iter().all(|p| (p - sure).abs() < 1e-9), "{given:?}");
+        }
+    }
+
+    #[test]
+    fn more_subjects_than_cells_fill_them() {
+        assert_eq!(posterior(&[-1.0, f64::NEG_INFINITY], f64::NEG_INFINITY, 2), (vec![1.0, 0.0], 0.0));
+    }
+}
