@@ -22,7 +22,7 @@ use dragnet_proto::orders::RobotOrders;
 use dragnet_proto::picture::Picture;
 use dragnet_proto::radio::max_observations_of;
 use dragnet_proto::replica::Replica;
-use dragnet_proto::state_machine::{Effects, Event, Standstill};
+use dragnet_proto::state_machine::{Effects, Event, Left, Standstill};
 use dragnet_proto::validation::Limits;
 use dragnet_proto::zones::Zones;
 use dragnet_scenario::Scenario;
@@ -358,21 +358,40 @@ impl Mission {
         self.standstills.iter()
     }
 
+    /// What may not have been found.
+    #[must_use]
+    pub fn left(&self) -> Left {
+        let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
+        let subject = self.subject();
+        let probability = |cell| match &subject {
+            Some(subject) => subject.probability(cell),
+            None => self.belief().probability(cell),
+        };
+        let out_of_reach = reach.out_of_reach(terrain).filter(|&cell| !self.declarations.contains(cell));
+        Left {
+            in_reach: self.expected_remaining(subject.as_ref()),
+            out_of_reach: out_of_reach.map(probability).sum::<f64>() + 0.0,
+            cells_out_of_reach: reach.out_of_reach(terrain).count(),
+        }
+    }
+
+    /// Objects expected in cells in reach that are not declared.
+    fn expected_remaining(&self, subject: Option<&SubjectPosterior>) -> f64 {
+        let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
+        match subject {
+            Some(it) => it.expected_remaining(terrain, reach, |cell| self.declarations.contains(cell)),
+            None => self.declarations.expected_remaining(terrain, reach, self.belief()),
+        }
+    }
+
     /// The mission's status.
     #[must_use]
     pub fn status(&self, now: MissionTime) -> MissionStatus {
-        let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
         let subject = self.subject();
-        let expected_remaining = match &subject {
-            Some(subject) => {
-                subject.expected_remaining(terrain, reach, |cell| self.declarations.contains(cell))
-            }
-            None => self.declarations.expected_remaining(terrain, reach, self.belief()),
-        };
         MissionStatus {
             time_ns: now.0,
+            expected_remaining: self.expected_remaining(subject.as_ref()),
             declared: self.declared_by(subject).collect(),
-            expected_remaining,
             alive: self.alive().collect(),
             observations: self.replica.log().len(),
             versions: self.replica.knowledge().versions(),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dragnet_proto::message::Message;
-use dragnet_proto::state_machine::{Effects, Event, ParticipantError, Standstill, StateMachine};
+use dragnet_proto::state_machine::{Effects, Event, Left, ParticipantError, Standstill, StateMachine};
 use dragnet_scenario::participant::Participant;
 use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
@@ -186,6 +186,10 @@ impl StateMachine for CoordinatorNode {
 
     fn standstills(&self) -> Vec<Standstill> {
         self.mission.standstills().collect()
+    }
+
+    fn left(&self) -> Option<Left> {
+        Some(self.mission.left())
     }
 
     fn digest(&self) -> Digest {

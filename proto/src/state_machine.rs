@@ -4,6 +4,7 @@
 //! simulation, passes the time with each event and carries out the effects.
 
 use std::collections::BTreeSet;
+use std::fmt;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::Duration;
@@ -83,6 +84,11 @@ pub trait StateMachine: Send {
         Vec::new()
     }
 
+    /// What may not have been found, as far as the coordinator knows.
+    fn left(&self) -> Option<Left> {
+        None
+    }
+
     /// Digest of its evidence.
     fn digest(&self) -> Digest;
 
@@ -99,6 +105,28 @@ pub struct Standstill {
     pub cell: Cell,
     /// For how long it was heard there.
     pub lasts: Duration,
+}
+
+/// What may not have been found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Left {
+    /// Objects expected in searched cells in reach that are not declared.
+    pub in_reach: f64,
+    /// The same of cells out of every robot's reach.
+    pub out_of_reach: f64,
+    /// How many cells are out of reach.
+    pub cells_out_of_reach: usize,
+}
+
+impl fmt::Display for Left {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { in_reach, out_of_reach, cells_out_of_reach } = self;
+        write!(formatter, "{in_reach:.2} more expected in reach")?;
+        if *cells_out_of_reach > 0 {
+            write!(formatter, ", {out_of_reach:.2} in {cells_out_of_reach} cells out of reach")?;
+        }
+        Ok(())
+    }
 }
 
 /// Why a participant cannot continue.

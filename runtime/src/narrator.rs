@@ -76,9 +76,9 @@ impl Narrator {
 
     /// Handles the activity of a robot: the coordinator logs once that all robots rest, or that the search waits for the
     /// operator.
-    pub(crate) fn receive(&mut self, heartbeat: &Heartbeat) {
+    pub(crate) fn receive(&mut self, machine: &dyn StateMachine, heartbeat: &Heartbeat) {
         self.ending.receive(heartbeat.robot, heartbeat.activity);
-        self.tell_end();
+        self.tell_end(machine);
     }
 
     /// A robot is here.
@@ -87,9 +87,14 @@ impl Narrator {
     }
 
     /// A robot has left; returns what the coordinator logs of one that was not done, and was last in a cell.
-    pub(crate) fn lose(&mut self, robot: RobotId, last: Option<Cell>) -> Option<String> {
+    pub(crate) fn lose(
+        &mut self,
+        machine: &dyn StateMachine,
+        robot: RobotId,
+        last: Option<Cell>,
+    ) -> Option<String> {
         let was_busy = self.ending.lose(robot).is_some_and(|activity| !activity.is_rest());
-        self.tell_end();
+        self.tell_end(machine);
         let last = last.filter(|_| was_busy && self.me == Participant::Coordinator)?;
         let place = self.places.on_earth(last);
         Some(format!(
@@ -97,23 +102,24 @@ impl Narrator {
         ))
     }
 
-    fn tell_end(&mut self) {
-        for line in self.end() {
+    fn tell_end(&mut self, machine: &dyn StateMachine) {
+        for line in self.end(machine) {
             tracing::info!("{line}");
         }
     }
 
-    fn end(&mut self) -> Vec<String> {
+    fn end(&mut self, machine: &dyn StateMachine) -> Vec<String> {
         if self.me != Participant::Coordinator {
             return Vec::new();
         }
-        let done = self.ending.rests().map(|rest| self.done(&rest));
+        let done = self.ending.rests().map(|rest| self.done(machine, &rest));
         done.into_iter().chain(self.ending.waits()).collect()
     }
 
-    fn done(&self, rest: &str) -> String {
+    fn done(&self, machine: &dyn StateMachine, rest: &str) -> String {
         let (objects, by_hand) = (self.found.len(), self.by_hand());
         let mut parts = vec![format!("done: {rest}; objects declared: {objects}{by_hand}")];
+        parts.extend(machine.left().map(|left| left.to_string()));
         if self.is_of_subjects {
             parts.extend(self.declared.iter().map(|object| self.find(object)));
         }
@@ -403,20 +409,26 @@ mod tests {
         Scenario::from_text(Path::new("lane.toml"), text.to_owned()).unwrap()
     }
 
+    fn node(scenario: &Scenario) -> CoordinatorNode {
+        team::recording::node(scenario, 1, &Options::default(), Existing::Rejected, None).unwrap()
+    }
+
     #[test]
     fn a_coordinator_says_once_that_all_robots_rest_or_wait_for_the_operator() {
-        let mut narrator = Narrator::new(Participant::Coordinator, scenario().places());
+        let (mut narrator, node) =
+            (Narrator::new(Participant::Coordinator, scenario().places()), node(&scenario()));
         let [first, second] = [1, 2].map(|robot| RobotId::new(robot).unwrap());
         let mut end = |robot, activity| {
             narrator.ending.receive(robot, activity);
-            narrator.end()
+            narrator.end(&node)
         };
         assert_eq!(end(first, Activity::Searching), [""; 0]);
         assert_eq!(end(second, Activity::Holding), [""; 0]);
         let waits = "the search waits for robot 2, which holds by your order: resume it, or call it back";
         assert_eq!(end(first, Activity::Cleared), [waits]);
-        let done =
-            "done: all robots that are here (2) rest, too little is left for it to find; objects declared: 0";
+        // Nobody has told yet what it can see.
+        let done = "done: all robots that are here (2) rest, too little is left for it to find; objects declared: 0; \
+                    1.00 more expected in reach";
         assert_eq!(end(second, Activity::Cleared), [done]);
         assert_eq!(end(second, Activity::Cleared), [""; 0], "once");
     }
@@ -426,8 +438,7 @@ mod tests {
         let text = scenario().source().text.replace("[mission]", "prior.rest_of_world = 0.1\n[mission]");
         let scenario = Scenario::from_text(Path::new("lane.toml"), text).unwrap();
         let mut narrator = Narrator::new(Participant::Coordinator, scenario.places());
-        let node: CoordinatorNode =
-            team::recording::node(&scenario, 1, &Options::default(), Existing::Rejected, None).unwrap();
+        let node = node(&scenario);
         let cell = scenario.terrain().grid().cell(Position { row: 0, column: 3 }).unwrap();
         let object = Detection { cell, probability: 0.9812, time_ns: 0 };
         let status = MissionStatus { declared: vec![object], ..node.mission().status(MissionTime::START) };
@@ -438,23 +449,24 @@ mod tests {
         let status = MissionStatus { time_ns: 120_000_000_000, ..status };
         assert_eq!(again.declares(&status), [format!("declared before, at 0.0 s: {advice}")]);
         narrator.ending.receive(RobotId::FIRST, Activity::Cleared);
-        assert!(narrator.end()[0].ends_with(&format!("objects declared: 1; {advice}")));
+        let done = narrator.end(&node);
+        assert!(done[0].contains("objects declared: 1; ") && done[0].ends_with(advice), "{done:?}");
     }
 
     #[test]
     fn a_robot_that_leaves_before_its_search_is_over_is_lost_and_its_last_cell_is_told() {
         let mut narrator = Narrator::new(Participant::Coordinator, scenario().places());
+        let (node, robot) = (node(&scenario()), RobotId::FIRST);
         let cell = scenario().terrain().grid().cell(Position { row: 0, column: 2 });
-        let robot = RobotId::FIRST;
         let mut lose = |activity| {
             narrator.ending.receive(robot, activity);
-            narrator.lose(robot, cell)
+            narrator.lose(&node, robot, cell)
         };
         let expected = "robot 1 is lost: it has left before its search was over, and was last in [0, 2] at latitude 0.000045, \
                         longitude 2.000225";
         assert_eq!(lose(Activity::Searching).unwrap(), expected);
         assert_eq!(lose(Activity::Cleared), None);
-        assert_eq!(narrator.lose(robot, cell), None, "it has not told what it does");
+        assert_eq!(narrator.lose(&node, robot, cell), None, "it has not told what it does");
     }
 
     #[test]

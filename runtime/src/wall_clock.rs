@@ -292,7 +292,7 @@ impl Driver<'_> {
             Incoming::Message { .. } if self.contender.stands() => {}
             Incoming::Message { from, message, .. } => {
                 if let Message::Heartbeat(heartbeat) = &message {
-                    self.narrator.receive(heartbeat);
+                    self.narrator.receive(self.machine, heartbeat);
                 }
                 self.handle(link, now, Event::Received { from, message }).await?;
             }
@@ -324,7 +324,9 @@ impl Driver<'_> {
             Incoming::Left(participant, _) => {
                 self.gone.insert(participant);
                 let lost = match participant {
-                    Participant::Robot(robot) => self.narrator.lose(robot, self.machine.cell_of(robot)),
+                    Participant::Robot(robot) => {
+                        self.narrator.lose(self.machine, robot, self.machine.cell_of(robot))
+                    }
                     Participant::Coordinator => None,
                 };
                 let sender = Sender::Known(participant);

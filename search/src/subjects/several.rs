@@ -6,8 +6,8 @@ use std::iter;
 const TOLERANCE: f64 = 0.25;
 /// Log-odds from which a cell is certain to a 64-bit number.
 const CERTAIN_NATS: f64 = 50.0;
-/// Halvings of an interval after which 64-bit numbers leave nothing to halve.
-const MOST_HALVINGS: u32 = 100;
+/// More steps than it takes to halve an interval until 64-bit numbers leave nothing to halve.
+const MOST_STEPS: u32 = 200;
 
 /// With which probability each place holds a subject, and how many subjects are in the rest of the world in the mean.
 ///
@@ -35,15 +35,22 @@ pub(super) fn posterior(nats: &[f64], rest_nats: f64, number: usize) -> (Vec<f64
 
 /// The logarithm of the factor on all weights by which about as many subjects are expected as there are, if each cell holds
 /// one independently of all others. Given their number, the factor makes no difference; it keeps all sums within the range of numbers.
+///
+/// By Newton's method on the logarithm of the expected number, which nearly is a line as long as no cell is likely; where it
+/// leaves the interval that holds the root, that is halved.
 fn tilt(nats: &[f64], rest_nats: f64, number: usize) -> f64 {
+    let number_of = number as f64;
+    // The expected number, and its slope.
     let expected = |tilt: f64| {
-        let inside: f64 = nats.iter().map(|nats| logistic(nats + tilt)).sum();
-        inside + (rest_nats + tilt).exp() - number as f64
+        let outside = (rest_nats + tilt).exp();
+        nats.iter()
+            .map(|nats| logistic(nats + tilt))
+            .fold((outside, outside), |(sum, slope), p| (sum + p, slope + p * (1.0 - p)))
     };
     let greatest = nats.iter().copied().fold(rest_nats, f64::max);
     let mut low = -greatest - (nats.len() as f64 + 1.0).ln();
     // As many are certain, or outside.
-    let outside = (number as f64).ln() - rest_nats;
+    let outside = number_of.ln() - rest_nats;
     let mut high = match nats.len().checked_sub(number) {
         Some(others) => {
             let mut sorted = nats.to_vec();
@@ -52,16 +59,17 @@ fn tilt(nats: &[f64], rest_nats: f64, number: usize) -> f64 {
         }
         None => outside,
     };
-    let mut middle = f64::midpoint(low, high);
-    for _ in 0..MOST_HALVINGS {
-        let excess = expected(middle);
-        if excess.abs() <= TOLERANCE {
+    let mut tilt = low;
+    for _ in 0..MOST_STEPS {
+        let (sum, slope) = expected(tilt);
+        if (sum - number_of).abs() <= TOLERANCE {
             break;
         }
-        *(if excess > 0.0 { &mut high } else { &mut low }) = middle;
-        middle = f64::midpoint(low, high);
+        *(if sum > number_of { &mut high } else { &mut low }) = tilt;
+        let next = tilt + (number_of / sum).ln() * sum / slope;
+        tilt = if low < next && next < high { next } else { f64::midpoint(low, high) };
     }
-    middle
+    tilt
 }
 
 /// The probability of each cell given that there are `number` in all, for cells that hold one each independently, with these
@@ -71,49 +79,61 @@ fn tilt(nats: &[f64], rest_nats: f64, number: usize) -> f64 {
 /// blocks of about the square root of their number, so that neither memory nor time grows with its square.
 fn given_number(cells: &[f64], outside: &[f64], number: usize) -> (Vec<f64>, f64) {
     let blocks: Vec<&[f64]> = cells.chunks(cells.len().isqrt().max(1)).collect();
-    let of_blocks: Vec<Vec<f64>> =
-        blocks.iter().map(|cells| cells.iter().fold(vec![1.0], |sums, &p| with(&sums, p, number))).collect();
     // Of all blocks from one on.
-    let mut after = vec![vec![1.0]];
-    for sums in of_blocks.iter().rev() {
-        after.push(product(sums, &after[after.len() - 1], number));
+    let mut after = vec![nothing(number)];
+    for cells in blocks.iter().rev() {
+        let mut sums = after[after.len() - 1].clone();
+        cells.iter().for_each(|&p| count(&mut sums, p));
+        after.push(sums);
     }
     let of_cells = after.pop().unwrap_or_default();
-    let total = at_degree(&of_cells, outside, number);
+    let total = at_degree(&of_cells, outside);
     let counted: Vec<f64> = (0..).zip(outside).map(|(count, p)| f64::from(count) * p).collect();
-    let rest = at_degree(&of_cells, &counted, number) / total;
+    let rest = at_degree(&of_cells, &counted) / total;
 
     let mut before = outside.to_vec();
     let mut probability = Vec::with_capacity(cells.len());
-    for (cells, of_block) in blocks.iter().zip(&of_blocks) {
-        let others = product(&before, &after.pop().unwrap_or_default(), number);
-        // Of the cells of this block from one on, with all other blocks.
-        let mut from: Vec<Vec<f64>> = vec![others];
-        for &p in cells.iter().skip(1).rev() {
-            from.push(with(&from[from.len() - 1], p, number));
+    // Of the cells of a block after one, with all other blocks.
+    let mut behind = Vec::new();
+    for cells in blocks {
+        let mut sums = product(&before, &after.pop().unwrap_or_default());
+        behind.clear();
+        for &p in cells.iter().rev() {
+            behind.extend_from_slice(&sums);
+            count(&mut sums, p);
         }
-        let mut up_to = vec![1.0];
-        for (&p, rest) in cells.iter().zip(from.iter().rev()) {
-            let with_one = p * at_degree(&up_to, rest, number - 1);
-            let without = (1.0 - p) * at_degree(&up_to, rest, number);
+        let mut up_to = nothing(number);
+        for (&p, behind) in cells.iter().zip(behind.rchunks_exact(number + 1)) {
+            let with_one = p * at_degree(&up_to[..number], &behind[..number]);
+            let without = (1.0 - p) * at_degree(&up_to, behind);
             probability.push(with_one / (with_one + without));
-            up_to = with(&up_to, p, number);
+            count(&mut up_to, p);
         }
-        before = product(&before, of_block, number);
+        cells.iter().for_each(|&p| count(&mut before, p));
     }
     (probability, rest)
 }
 
-/// The distribution of a number, up to a degree, with one more cell that counts with this probability.
-fn with(sums: &[f64], p: f64, degree: usize) -> Vec<f64> {
-    let more = iter::once(0.0).chain(sums.iter().copied());
-    let same = sums.iter().copied().chain(iter::once(0.0));
-    same.zip(more).take(degree + 1).map(|(same, more)| same * (1.0 - p) + more * p).collect()
+/// The distribution, up to a number, of how many there are in no cell.
+fn nothing(number: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; number + 1];
+    sums[0] = 1.0;
+    sums
 }
 
-/// The distribution of the sum of two numbers, up to a degree.
-fn product(a: &[f64], b: &[f64], degree: usize) -> Vec<f64> {
-    let mut product = vec![0.0; (a.len() + b.len() - 1).min(degree + 1)];
+/// Adds a cell that holds one with this probability to the distribution of a number.
+fn count(sums: &mut [f64], p: f64) {
+    let mut less = 0.0;
+    for sum in sums {
+        let same = *sum;
+        *sum = same * (1.0 - p) + less * p;
+        less = same;
+    }
+}
+
+/// The distribution of the sum of two numbers, as far as theirs go.
+fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; a.len()];
     for (i, a) in a.iter().enumerate() {
         for (sum, b) in product.iter_mut().skip(i).zip(b) {
             *sum += a * b;
@@ -122,10 +142,9 @@ fn product(a: &[f64], b: &[f64], degree: usize) -> Vec<f64> {
     product
 }
 
-/// The probability that the sum of two numbers is this one.
-fn at_degree(a: &[f64], b: &[f64], degree: usize) -> f64 {
-    let pairs = a.iter().take(degree + 1).enumerate().filter_map(|(i, a)| Some((a, b.get(degree - i)?)));
-    pairs.map(|(a, b)| a * b).sum()
+/// The probability that the sum of two numbers is the last one of both distributions.
+fn at_degree(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b.iter().rev()).map(|(a, b)| a * b).sum()
 }
 
 /// The Poisson distribution of a mean, up to a number.
