@@ -83,7 +83,9 @@ fn given_number(cells: &[f64], outside: &[f64], number: usize) -> (Vec<f64>, f64
     let mut after = vec![nothing(number)];
     for cells in blocks.iter().rev() {
         let mut sums = after[after.len() - 1].clone();
-        cells.iter().for_each(|&p| count(&mut sums, p));
+        for &p in *cells {
+            count(&mut sums, p);
+        }
         after.push(sums);
     }
     let of_cells = after.pop().unwrap_or_default();
@@ -109,7 +111,9 @@ fn given_number(cells: &[f64], outside: &[f64], number: usize) -> (Vec<f64>, f64
             probability.push(with_one / (with_one + without));
             count(&mut up_to, p);
         }
-        cells.iter().for_each(|&p| count(&mut before, p));
+        for &p in cells {
+            count(&mut before, p);
+        }
     }
     (probability, rest)
 }
