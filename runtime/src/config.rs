@@ -179,10 +179,14 @@ const fn one() -> f64 {
 pub fn load<T: DeserializeOwned + Serialize>(file: &Path) -> Result<T, RuntimeError> {
     let failed = |reason: String| RuntimeError::Settings { file: file.to_owned(), reason };
     let text = read_text_at_most(file, MAX_SETTINGS_BYTES).map_err(|error| failed(error.to_string()))?;
-    toml_text::read(&text).map_err(|TextError { line, message }| RuntimeError::SettingsText {
-        place: line
-            .map_or_else(|| file.display().to_string(), |line| format!("{}, line {line}", file.display())),
-        message,
+    toml_text::read(&text).map_err(|error| {
+        let is_scenario = toml_text::has_key(&text, "map");
+        let note =
+            "this file holds no settings: it is a scenario, which run reads and settings name as common.scenario";
+        let TextError { line, message } = if is_scenario { error.with(note) } else { error };
+        let file = file.display();
+        let place = line.map_or_else(|| file.to_string(), |line| format!("{file}, line {line}"));
+        RuntimeError::SettingsText { place, message }
     })
 }
 

@@ -154,6 +154,22 @@ fn errors_of_settings_name_the_line_and_the_key_in_words() {
     }
 }
 
+#[test]
+fn a_file_of_another_kind_is_told_with_what_reads_it() {
+    let place = Place::new();
+    let settings = place.succeed(&["agent", "--print-config"]);
+    place.write("agent.toml", &settings);
+    place.refuse(
+        &["run", "agent.toml"],
+        &["agent.toml, line", "no scenario", "agent or coordinator reads with --config"],
+    );
+    place.succeed(&["scenarios", "--write", "ice_cream_cone"]);
+    let said = ["ice_cream_cone.toml, line", "no settings", "a scenario, which run reads"];
+    for command in ["agent", "coordinator", "sim"] {
+        place.refuse(&[command, "--config", "ice_cream_cone.toml"], &said);
+    }
+}
+
 /// A byte-order mark is not part of any text.
 #[test]
 fn a_byte_order_mark_is_not_part_of_a_text() {

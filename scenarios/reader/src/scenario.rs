@@ -509,7 +509,11 @@ impl Source {
 fn parse(path: &Path, text: String) -> Result<(Source, ScenarioFile), ScenarioError> {
     check_length(path, text.len())?;
     let source = Source { path: path.to_owned(), text };
-    let file = toml_text::read(&source.text).map_err(|error| source.text_error(error))?;
+    let file = toml_text::read(&source.text).map_err(|error| {
+        let is_settings = toml_text::has_key(&source.text, "common");
+        let note = "this file is no scenario: it holds the settings of a process, which agent or coordinator reads with --config";
+        source.text_error(if is_settings { error.with(note) } else { error })
+    })?;
     Ok((source, file))
 }
 

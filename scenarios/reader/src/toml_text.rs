@@ -7,6 +7,7 @@ mod shape;
 use dragnet_files::in_words;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use toml::de::DeTable;
 
 pub(crate) use locate::line_of_key;
 use locate::{line_at, line_of_longest_key};
@@ -36,7 +37,19 @@ pub fn read<T: DeserializeOwned + Serialize>(text: &str) -> Result<T, TextError>
     Ok(read)
 }
 
+/// Whether a TOML text has a key at the top level: files of other kinds are told by one that only they have.
+#[must_use]
+pub fn has_key(text: &str, key: &str) -> bool {
+    DeTable::parse(text).is_ok_and(|table| table.get_ref().contains_key(key))
+}
+
 impl TextError {
+    /// The same error with what else is to be known of the file.
+    #[must_use]
+    pub fn with(self, note: &str) -> Self {
+        Self { message: format!("{}; {note}", self.message), ..self }
+    }
+
     fn new(text: &str, error: &toml::de::Error, key: Option<&serde_path_to_error::Path>) -> Self {
         let line = error.span().map(|span| line_at(text, span.start));
         let message = in_words(error.message().trim_end());
