@@ -650,9 +650,10 @@ impl Agent {
                 &self.zones,
             );
             let tau = mission.detection_threshold;
-            match self.config.subjects.map(|it| it.posterior(&belief)) {
+            match self.config.subjects {
                 Some(it) => {
-                    it.expected_remaining(terrain, reach, |cell| belief.is_found(cell, tau)) <= threshold
+                    let is_found = |cell| belief.is_found(cell, tau);
+                    it.expected_remaining(&belief, terrain, reach, is_found) <= threshold
                 }
                 None => belief.expects_at_most(terrain, reach, tau, threshold),
             }

@@ -362,16 +362,14 @@ impl Mission {
     #[must_use]
     pub fn left(&self) -> Left {
         let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
-        let subject = self.subject();
-        let probability = |cell| match &subject {
-            Some(subject) => subject.probability(cell),
-            None => self.belief().probability(cell),
-        };
+        let (subject, subjects) = (self.subject(), self.standing());
         let out_of_reach = reach.out_of_reach(terrain).filter(|&cell| !self.declarations.contains(cell));
+        let by_cells = || out_of_reach.map(|cell| self.belief().probability(cell)).sum::<f64>() + 0.0;
         Left {
             in_reach: self.expected_remaining(subject.as_ref()),
-            out_of_reach: out_of_reach.map(probability).sum::<f64>() + 0.0,
+            out_of_reach: subjects.map_or_else(by_cells, |standing| standing.out_of_reach),
             cells_out_of_reach: reach.out_of_reach(terrain).count(),
+            subjects,
         }
     }
 

@@ -15,7 +15,7 @@ use crate::RecordingError;
 use crate::finds::FindCounts;
 use crate::liveness::named;
 use crate::mission::{Mission, Outcome, Record};
-use crate::record::{ENDED, FINDS, REST_OF_WORLD, Recorder, SUCCESS};
+use crate::record::{ENDED, FINDS, REST_OF_WORLD, Recorder, SOUGHT, SUCCESS};
 use crate::recording::{Notify, Recording};
 
 /// A mission and its recording.
@@ -113,9 +113,11 @@ impl CoordinatorNode {
 
     /// Where the subjects are, for the end of the recording.
     fn sought(&self) -> impl Iterator<Item = (String, String)> {
-        let standing = self.mission.standing();
-        let facts = standing.map(|it| [(SUCCESS, it.found), (REST_OF_WORLD, it.rest_of_world)]);
-        facts.into_iter().flatten().map(|(name, number)| (name.to_owned(), number.to_string()))
+        let facts = self.mission.standing().map(|it| {
+            let numbers = [(SUCCESS, it.found.to_string()), (REST_OF_WORLD, it.rest_of_world.to_string())];
+            numbers.into_iter().chain([(SOUGHT, it.to_string())])
+        });
+        facts.into_iter().flatten().map(|(name, value)| (name.to_owned(), value))
     }
 
     /// Rejections and their numbers, for the end of the recording: one entry for each sender and reason.

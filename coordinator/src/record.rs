@@ -97,6 +97,8 @@ pub const LINE_OF_SIGHT: &str = "line_of_sight_radius";
 pub const THIN_WALLS: &str = "thin_walls";
 /// Name within `summary` of the number of subjects that are expected in declared cells at the end.
 pub const SUCCESS: &str = "pos";
+/// Name within `summary` of where the subjects are, in words.
+pub const SOUGHT: &str = "sought";
 
 /// A crash loses at most the records of this much mission time.
 pub const FLUSH_PERIOD: Duration = Duration::from_secs(1);

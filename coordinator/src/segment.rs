@@ -155,11 +155,11 @@ impl Segments {
     ) -> Self {
         let by_prior =
             || fold.terrain().searched_cells().map(|cell| fold.belief().prior_probability(cell)).sum();
-        let expected = || subjects.map_or_else(by_prior, |subjects| f64::from(subjects.number()));
+        let expected = || earth.map_or_else(by_prior, |it| it.expected_objects);
         let mut segments = Self {
             areas: earth.map(|earth| earth.areas.clone()).unwrap_or_default(),
             frame: earth.map(|earth| earth.frame),
-            expected_objects: earth.map_or_else(expected, |it| it.expected_objects),
+            expected_objects: subjects.map_or_else(expected, |subjects| f64::from(subjects.number())),
             detection_threshold,
             sensors,
             shares: Vec::new(),

@@ -32,11 +32,11 @@ const CURVE_STEPS: u32 = 60;
 pub struct Forecast {
     /// Robots of the team.
     pub robots: usize,
-    /// Missions with at least one object.
+    /// Missions that count: those with at least one object, or all if the number of subjects is known.
     pub missions: usize,
     /// From the start to the end of the budget, seconds.
     pub budget_seconds: f64,
-    /// Probability that an object is on the map at all; below 1 where regions leave a part of it to the rest of the world.
+    /// Probability that an object is on the map at all; below 1 where subjects may be in the rest of the world, or regions leave a part to it.
     pub on_map: f64,
     /// Probability of success at half of the budget.
     pub success_at_half: Probability,
@@ -53,7 +53,7 @@ pub struct Forecast {
 /// One simulated mission.
 struct Mission {
     /// Share of its objects that can be found, times that which was found, over the time in seconds; `None` if there
-    /// was no object.
+    /// was no object, and nobody knows how many there are.
     found: Option<(f64, Curve)>,
     end_seconds: f64,
 }
@@ -77,7 +77,7 @@ pub fn forecast(
     let missions: Vec<(&Scenario, u64)> = teams.iter().flat_map(with_seeds).collect();
     let done = jobs::run(&missions, threads, "missions", progress, |&(scenario, seed)| {
         let episode = episode::run(scenario, seed, End::Resting).map_err(ExperimentError::run)?;
-        Ok(Mission::of(episode))
+        Ok(Mission::of(scenario, episode))
     })?;
     let of_teams = done.results.chunks(done.results.len() / teams.len().max(1));
     let forecasts = teams.iter().zip(of_teams).map(|(scenario, missions)| Forecast::of(scenario, missions));
@@ -85,17 +85,22 @@ pub fn forecast(
 }
 
 impl Mission {
-    fn of(episode: Episode) -> Self {
+    fn of(scenario: &Scenario, episode: Episode) -> Self {
         let objects = episode.truth.objects();
         let in_reach = objects.iter().filter(|&&object| episode.reach.covers(object)).count();
-        let found = (!objects.is_empty())
-            .then(|| (in_reach as f64 / objects.len() as f64, episode.outcome.recall_over_time));
+        // Subjects who are outside of the area are sought too, and never found.
+        let sought = scenario.subjects().map_or(objects.len(), |subjects| subjects.number() as usize);
+        let found = (sought > 0).then(|| (in_reach as f64 / sought as f64, episode.outcome.recall_over_time));
         Self { found, end_seconds: episode.outcome.ended.as_seconds() }
     }
 
     /// Share of the objects found by this time, seconds; `None` if there are none.
     fn found(&self, seconds: f64) -> Option<f64> {
-        self.found.as_ref().map(|(in_reach, recall)| in_reach * recall.at(seconds))
+        let found = |(in_reach, recall): &(f64, Curve)| {
+            // Without an object in reach there is no recall.
+            if *in_reach > 0.0 { in_reach * recall.at(seconds) } else { 0.0 }
+        };
+        self.found.as_ref().map(found)
     }
 }
 
@@ -109,9 +114,11 @@ impl Forecast {
             )));
         }
         let on_map = on_map(scenario);
+        // Where their number is known, missions are drawn with the subjects that are outside.
+        let drawn_on_map = if scenario.subjects().is_some() { 1.0 } else { on_map };
         let budget_seconds = budget_seconds(scenario);
         let success = |seconds: f64| {
-            Probability::of(missions.iter().filter_map(|mission| mission.found(seconds))).times(on_map)
+            Probability::of(missions.iter().filter_map(|mission| mission.found(seconds))).times(drawn_on_map)
         };
         let time = |step: u32| budget_seconds * f64::from(step) / f64::from(CURVE_STEPS);
         let curve: Vec<[f64; 2]> =
@@ -140,8 +147,11 @@ fn reached(curve: &[[f64; 2]], probability: f64) -> Option<f64> {
     Some(from + (to - from) * (probability - below) / (above - below))
 }
 
-/// The probability that regions leave on the map.
+/// The probability that subjects, or regions, leave on the map.
 fn on_map(scenario: &Scenario) -> f64 {
+    if let Some(subjects) = scenario.subjects() {
+        return 1.0 - subjects.rest_of_world();
+    }
     match scenario.claims() {
         Some(claims) if claims.rest.cells == 0 => 1.0 - claims.rest.poa,
         _ => 1.0,
@@ -216,6 +226,19 @@ mod tests {
         assert!((1..30).contains(&made[0].missions), "{made:?}");
         let error = forecasts(&[team("objects.count = 0\n")], "3", 1).unwrap_err().to_string();
         assert!(error.contains("no mission had an object") && error.contains("objects.count"), "{error}");
+    }
+
+    /// Nine of ten are outside: most missions find nobody, and count.
+    #[test]
+    fn subjects_who_may_be_outside_are_found_accordingly_less() {
+        for number in [1, 3] {
+            let teams = [0.0, 0.9]
+                .map(|rest| team(&format!("objects.count = {number}\nprior.rest_of_world = {rest:?}\n")));
+            let [here, outside] = &forecasts(&teams, "100", 2).unwrap()[..] else { panic!("two teams") };
+            assert_eq!((outside.missions, here.on_map), (100, 1.0));
+            assert!((outside.on_map - 0.1).abs() < 1e-12, "{outside:?}");
+            assert!(here.success.mean > 0.8 && outside.success.mean < 0.2, "{here:?} {outside:?}");
+        }
     }
 
     #[test]

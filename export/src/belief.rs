@@ -31,14 +31,17 @@ pub fn belief_file(
         fold.take(record);
     }
     let mission = playback.run.get("scenario").map_or("recording", String::as_str);
-    let subject = playback.subjects().map(|it| it.posterior(fold.belief()));
-    let probability = |cell| match &subject {
+    let several = playback.subjects().filter(|subjects| subjects.number() > 1);
+    let one = playback.subjects().filter(|_| several.is_none()).map(|it| it.posterior(fold.belief()));
+    let probability = |cell| match &one {
         Some(subject) => subject.probability(cell),
         None => fold.belief().probability(cell),
     };
-    // What is known of several subjects goes on as that of independent cells.
-    let one = subject.as_ref().filter(|subject| subject.number() == 1);
-    let rest_of_world = one.map(SubjectPosterior::rest_of_world);
+    let rest_of_world = one.as_ref().map(SubjectPosterior::rest_of_world);
     let terrain = fold.terrain();
-    Ok(BeliefFile::new(mission, terrain, frame.as_ref(), playback.origin, probability, rest_of_world))
+    let file = BeliefFile::new(mission, terrain, frame.as_ref(), playback.origin, probability, rest_of_world);
+    Ok(match several {
+        Some(subjects) => file.of_several(subjects),
+        None => file,
+    })
 }

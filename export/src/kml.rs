@@ -81,7 +81,7 @@ pub fn text(account: &Account) -> String {
 
 fn describe(account: &Account) -> String {
     let subject =
-        account.subject.map_or_else(String::new, |it| format!("; the subject, by the posterior: {it}"));
+        account.subject.map_or_else(String::new, |it| format!("; the {}, by the posterior: {it}", it.noun()));
     format!(
         "Until {}: POA {:.4}, POD {:.4}, POS {:.4}{subject}",
         wall_time(account.start_unix_ns, account.until),

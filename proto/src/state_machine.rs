@@ -16,6 +16,7 @@ use dragnet_search::evidence::{Digest, Reading};
 use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::object_position::ObjectPosition;
 use dragnet_search::observation::{Observation, RobotId};
+use dragnet_search::subjects::Standing;
 
 use crate::command::Command;
 use crate::message::{Activity, Audience, Message, SyncRequest};
@@ -116,11 +117,16 @@ pub struct Left {
     pub out_of_reach: f64,
     /// How many cells are out of reach.
     pub cells_out_of_reach: usize,
+    /// Where the subjects are, if their number is known.
+    pub subjects: Option<Standing>,
 }
 
 impl fmt::Display for Left {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { in_reach, out_of_reach, cells_out_of_reach } = self;
+        let Self { in_reach, out_of_reach, cells_out_of_reach, subjects } = self;
+        if let Some(standing) = subjects {
+            return write!(formatter, "the {}: {standing}", standing.noun());
+        }
         write!(formatter, "{in_reach:.2} more expected in reach")?;
         if *cells_out_of_reach > 0 {
             write!(formatter, ", {out_of_reach:.2} in {cells_out_of_reach} cells out of reach")?;

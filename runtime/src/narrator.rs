@@ -450,7 +450,8 @@ mod tests {
         assert_eq!(again.declares(&status), [format!("declared before, at 0.0 s: {advice}")]);
         narrator.ending.receive(RobotId::FIRST, Activity::Cleared);
         let done = narrator.end(&node);
-        assert!(done[0].contains("objects declared: 1; ") && done[0].ends_with(advice), "{done:?}");
+        assert!(done[0].contains("objects declared: 1; the subject: in a declared cell"), "{done:?}");
+        assert!(done[0].ends_with(advice), "{done:?}");
     }
 
     #[test]

@@ -20,21 +20,22 @@
 //! A search by eye that found nothing has `e^l(i) = 1 - POD(i)`. Then `Z = 1 - sum p(i) POD(i)`, one minus the cumulative
 //! probability of success of search planning, and `P` is its updated POA. Before any reading `Z = 1`.
 //!
-//! `N` subjects are placed independently by the same `p` and `r`, and no cell holds two. Then the places of all of them are a set `S` of cells
-//! and `N - |S|` who are outside. A set stands for `N! / (N - |S|)!` ways to place them, so that with `w(i) = p(i) e^l(i)`
+//! For `N > 1` let each cell hold one independently with the prior probability `N p(i)`, as a [`Belief`] has it, and let a Poisson number
+//! with the mean `N r` be outside; what is known is that there are `N` in all. Their mean is `N`, so that in a cell and outside about as
+//! many are expected as without that knowledge. With the odds `o(i)` of the belief, prior and evidence, the probability that a set `S` of cells holds them, and
+//! `N - |S|` are outside, is
 //!
 //! ```text
-//! P(S) = product over i in S of w(i) * r^(N - |S|) / (N - |S|)! / Z
+//! P(S) = product over i in S of o(i) * (N r)^(N - |S|) / (N - |S|)! / Z
 //! ```
 //!
-//! where `Z` makes the sum over all sets of at most `N` cells 1. `P(i)` is the sum over the sets with cell `i`. That is the
-//! distribution of independent cells with the odds `w(i)`, and of a Poisson number outside with the mean `r`, given that there are `N` in all: for any
-//! factor on all `w` and `r`, which is chosen so that about `N` are expected (`several`).
+//! where `Z` makes the sum over all sets of at most `N` cells 1. `P(i)` is the sum over the sets with cell `i`. A factor on all odds and `r`
+//! changes nothing; it is chosen so that about `N` are expected (`several`).
 //!
 //! Sources: B. O. Koopman, "Search and Screening" (1946; Pergamon, 1980); L. D. Stone, "Theory of Optimal Search" (1975),
 //! where the target may be outside of the searched region with positive probability; IAMSAR Manual, Volume II, chapter 4
 //! (POC or POA, POD, POS); for several, S. X. Chen and J. S. Liu, "Statistical Applications of the Poisson-Binomial and Conditional Bernoulli
-//! Distributions" (Statistica Sinica 7, 1997). Departures: evidence is that of readings, which may speak for a subject as well, and cells that
+//! Distributions" (Statistica Sinica 7, 1997). Departures: no cell holds two subjects; evidence is that of readings, which may speak for a subject as well, and cells that
 //! an operator adds to the area take their mass from all places in proportion, since `Z` divides by what there is.
 
 mod several;
@@ -44,6 +45,7 @@ use std::fmt;
 use crate::belief::Belief;
 use crate::cell::Cell;
 use crate::reach::Reach;
+use crate::seed::Stream;
 use crate::terrain::Terrain;
 
 /// That the number of objects that are sought is known.
@@ -78,24 +80,60 @@ impl Subjects {
     }
 
     /// Where the subjects are, given all evidence. [`Belief::prior_probability`] of a cell is its probability of area times their
-    /// number; together they are one minus [`Subjects::rest_of_world`] of that number, up to rounding and added cells. Equal evidence gives
+    /// number; unless the search continues another, together they are one minus [`Subjects::rest_of_world`] of that number, up to rounding and added cells. Equal evidence gives
     /// equal bits.
     #[must_use]
     pub fn posterior(self, belief: &Belief) -> SubjectPosterior {
-        let prior = belief.prior_log_odds();
-        let cells = prior.iter().zip(belief.evidence().cells());
-        let each_nats = f64::from(self.number).ln();
-        let nats =
-            cells.map(|(prior, it)| ln_probability(*prior) - each_nats + it.log_likelihood_ratio_nats());
-        let (nats, rest_nats) = (nats.collect(), self.rest_of_world.ln());
         match self.number {
-            1 => of_one(nats, rest_nats),
+            1 => {
+                let prior = belief.prior_log_odds();
+                let cells = prior.iter().zip(belief.evidence().cells());
+                let nats = cells.map(|(prior, it)| ln_probability(*prior) + it.log_likelihood_ratio_nats());
+                of_one(nats.collect(), self.rest_of_world.ln())
+            }
             number => {
-                let (probability, rest_of_world) = several::posterior(&nats, rest_nats, number as usize);
+                let (probability, rest_of_world) = several::posterior(&odds_nats(belief), self.of_several());
                 SubjectPosterior { number, probability, rest_of_world }
             }
         }
     }
+
+    /// [`SubjectPosterior::expected_remaining`] of the posterior, sooner.
+    #[must_use]
+    pub fn expected_remaining(
+        self,
+        belief: &Belief,
+        terrain: &Terrain,
+        reach: &Reach,
+        is_declared: impl Fn(Cell) -> bool,
+    ) -> f64 {
+        if self.number == 1 {
+            return self.posterior(belief).expected_remaining(terrain, reach, is_declared);
+        }
+        let is_left = |cell| terrain.is_searched(cell) && reach.covers(cell) && !is_declared(cell);
+        let is_left: Vec<bool> = terrain.grid().cells().map(is_left).collect();
+        several::expected_in(&odds_nats(belief), self.of_several(), &is_left)
+    }
+
+    /// Cells that hold subjects, drawn by what a belief says of them, by index; the others are outside.
+    ///
+    /// Cells and the number outside are drawn independently, and anew until there are as many in all as there are subjects.
+    #[must_use]
+    pub fn draw(self, belief: &Belief, random: &mut Stream) -> Vec<usize> {
+        several::draw(&odds_nats(belief), self.of_several(), random)
+    }
+
+    /// What several are, and where each may be.
+    fn of_several(self) -> several::Number {
+        let number = f64::from(self.number);
+        several::Number { number: self.number as usize, rest_nats: (number * self.rest_of_world).ln() }
+    }
+}
+
+/// Log-odds of all cells, nats, shape `[cells]`.
+fn odds_nats(belief: &Belief) -> Vec<f64> {
+    let cells = belief.prior_log_odds().iter().zip(belief.evidence().cells());
+    cells.map(|(prior, it)| prior + it.log_likelihood_ratio_nats()).collect()
 }
 
 fn of_one(mut probability: Vec<f64>, rest_nats: f64) -> SubjectPosterior {

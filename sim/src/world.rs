@@ -139,8 +139,10 @@ impl World {
     /// Expected number of objects that the merged belief has not found, counting cells in reach.
     #[must_use]
     pub fn expected_remaining(&self) -> f64 {
-        match self.subjects.map(|it| it.posterior(&self.merged)) {
-            Some(it) => it.expected_remaining(&self.terrain, &self.reach, |cell| self.is_found(cell)),
+        match self.subjects {
+            Some(it) => {
+                it.expected_remaining(&self.merged, &self.terrain, &self.reach, |cell| self.is_found(cell))
+            }
             None => self.merged.expected_remaining(&self.terrain, &self.reach, self.detection_threshold),
         }
     }
@@ -339,15 +341,12 @@ impl World {
 pub(crate) fn draw_truth(scenario: &Scenario, random: &mut Stream) -> Truth {
     let terrain = scenario.terrain();
     let searched: Vec<Cell> = terrain.searched_cells().collect();
-    // Those of the subjects that are not in the rest of the world.
-    let inside = |count: u32, random: &mut Stream| match scenario.subjects() {
-        Some(it) => (0..count).filter(|_| random.random::<f64>() >= it.rest_of_world()).count(),
-        None => count as usize,
-    };
     let cells = match (scenario.objects(), scenario.object_weights()) {
-        (Objects::Count(count), weights) => match (inside(*count, random), weights) {
-            (count, None) => searched.sample(random, count).copied().collect(),
-            (count, Some(weights)) => sample(searched, weights, count, random),
+        (Objects::Count(count), weights) => match (scenario.subjects(), weights) {
+            (Some(subjects), _) if subjects.number() > 1 => several(scenario, subjects, random),
+            (Some(subjects), _) if random.random::<f64>() < subjects.rest_of_world() => Vec::new(),
+            (_, None) => searched.sample(random, *count as usize).copied().collect(),
+            (_, Some(weights)) => sample(searched, weights, *count, random),
         },
         (Objects::Density(density), None) => {
             searched.into_iter().filter(|_| random.random::<f64>() < *density).collect()
@@ -362,11 +361,22 @@ pub(crate) fn draw_truth(scenario: &Scenario, random: &mut Stream) -> Truth {
     Truth::new(terrain, cells)
 }
 
+/// Cells of several subjects, by the prior or in all searched cells alike.
+fn several(scenario: &Scenario, subjects: Subjects, random: &mut Stream) -> Vec<Cell> {
+    let terrain = scenario.terrain();
+    let searched = terrain.searched_cells().count() as f64;
+    let share = f64::from(subjects.number()) * (1.0 - subjects.rest_of_world()) / searched;
+    let alike = Belief::uniform(terrain, share).ok().filter(|_| scenario.object_weights().is_none());
+    let places = subjects.draw(alike.as_ref().unwrap_or(scenario.prior()), random);
+    let cells: Vec<Cell> = terrain.grid().cells().collect();
+    places.into_iter().map(|place| cells[place]).collect()
+}
+
 /// So many of the cells, one after the other, each in proportion to its weight.
-fn sample(mut cells: Vec<Cell>, weights: &[f64], count: usize, random: &mut Stream) -> Vec<Cell> {
+fn sample(mut cells: Vec<Cell>, weights: &[f64], count: u32, random: &mut Stream) -> Vec<Cell> {
     cells.retain(|cell| weights[cell.index()] > 0.0);
     let mut drawn = Vec::new();
-    while drawn.len() < count && !cells.is_empty() {
+    while drawn.len() < count as usize && !cells.is_empty() {
         let total: f64 = cells.iter().map(|cell| weights[cell.index()]).sum();
         let mut left = random.random::<f64>() * total;
         let place = cells.iter().position(|cell| {

@@ -93,6 +93,15 @@ fn alone(path: &Path, endpoints: Endpoints) -> String {
     })
 }
 
+/// The objects, and how probable it is that each of them is elsewhere if their number is known.
+fn sought(scenario: &Scenario) -> String {
+    let objects = scenario.objects();
+    let Some(subjects) = scenario.subjects() else { return objects.to_string() };
+    let percent = (1e6 * subjects.rest_of_world()).round() / 1e4;
+    let each = if subjects.number() == 1 { "" } else { "each " };
+    format!("{objects}, their number known, {each}outside of the area with {percent} %")
+}
+
 fn describe(scenario: &Scenario) -> String {
     let (terrain, file) = (scenario.terrain(), scenario.source().path.display());
     let grid = terrain.grid();
@@ -103,7 +112,7 @@ fn describe(scenario: &Scenario) -> String {
         terrain.cell_meters(),
         terrain.traversable_cells().count(),
         terrain.searched_cells().count(),
-        scenario.objects(),
+        sought(scenario),
         robots(scenario),
         budget(scenario),
     );

@@ -40,10 +40,18 @@ pub(super) fn continues(scenario: &Scenario) -> Option<String> {
     let (file, mission) = (earlier.file.display(), &earlier.belief.mission);
     let expected: f64 = scenario.prior().probabilities().iter().sum();
     let begins = match scenario.subjects() {
-        Some(one) => format!(
+        Some(one) if one.number() == 1 => format!(
             "the subject is in the area with {expected:.4}, outside of it with {:.4}",
             one.rest_of_world()
         ),
+        Some(subjects) => {
+            let outside = subjects.posterior(scenario.prior()).rest_of_world();
+            let number = subjects.number();
+            format!(
+                "of {number} subjects, {:.4} are expected in the area, {outside:.4} outside of it",
+                f64::from(number) - outside
+            )
+        }
         None => format!("{expected:.2} objects expected"),
     };
     Some(format!(

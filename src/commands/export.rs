@@ -178,7 +178,7 @@ fn believed(arguments: &Arguments, playback: &Playback) -> Result<Exported, Fail
         .map_err(|error| of_recording(arguments, &error))?;
     let searched: Vec<f64> = belief.probability.iter().copied().flatten().collect();
     let (cells, expected) = (counted(searched.len(), "searched cell"), searched.iter().sum::<f64>());
-    let content = match belief.rest_of_world {
+    let content = match belief.rest_of_world.filter(|_| belief.subjects.is_none()) {
         Some(rest) => format!("the subject is in {cells} with {expected:.4}, outside of them with {rest:.4}"),
         None => format!("{expected:.2} objects expected in {cells}"),
     };
@@ -222,7 +222,7 @@ fn subject(account: &Account) -> String {
         )
     };
     let finds: String = account.found.iter().map(find).collect();
-    let each = if standing.number == 1 { "the subject" } else { "a subject" };
+    let each = if standing.number == 1 { "the subject" } else { "any one of the subjects, found or not" };
     format!(
         "POS is of the effort, POA x POD: how probable it was beforehand that this search finds {each} there; the posterior \
          is of {each}: how probable it is there after all that was seen\n\

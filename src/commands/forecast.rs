@@ -89,7 +89,7 @@ fn teams(scenario: &Scenario, robots: &[u32]) -> Result<Vec<Scenario>, Failure> 
 fn text(scenario: &Scenario, forecasts: &[Forecast], seeds: Seeds, effort: Effort) -> String {
     let Some(first) = forecasts.first() else { return String::new() };
     let on_map = if first.on_map < 1.0 {
-        format!("; {:.0} % of the probability lies beyond the map", 100.0 * (1.0 - first.on_map))
+        format!("; {:.0} % of the probability is outside of the area", 100.0 * (1.0 - first.on_map))
     } else {
         String::new()
     };

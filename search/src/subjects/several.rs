@@ -2,6 +2,11 @@
 
 use std::iter;
 
+use rand::RngExt;
+use rand_distr::{Distribution, Poisson};
+
+use crate::seed::Stream;
+
 /// How far from the number of subjects the mean of the tilted distribution may be.
 const TOLERANCE: f64 = 0.25;
 /// Log-odds from which a cell is certain to a 64-bit number.
@@ -9,28 +14,92 @@ const CERTAIN_NATS: f64 = 50.0;
 /// More steps than it takes to halve an interval until 64-bit numbers leave nothing to halve.
 const MOST_STEPS: u32 = 200;
 
-/// With which probability each place holds a subject, and how many subjects are in the rest of the world in the mean.
+/// How many subjects there are, at least two, and the logarithm of how many of them are expected outside.
+#[derive(Clone, Copy)]
+pub(super) struct Number {
+    pub(super) number: usize,
+    pub(super) rest_nats: f64,
+}
+
+/// With which probability each cell holds a subject, and how many subjects are outside in the mean.
 ///
-/// `nats` are logarithms of the weights `p(i) e^l(i)`, `rest_nats` is that of `r`, and there are at least two subjects. If the subjects
+/// `nats` are the log-odds of cells that hold one each independently. If the subjects
 /// do not fit into the cells, and cannot be outside, all cells that may hold one do.
-pub(super) fn posterior(nats: &[f64], rest_nats: f64, number: usize) -> (Vec<f64>, f64) {
-    let possible: Vec<usize> = (0..nats.len()).filter(|&cell| nats[cell] > f64::NEG_INFINITY).collect();
+pub(super) fn posterior(nats: &[f64], of: Number) -> (Vec<f64>, f64) {
     let mut probability = vec![0.0; nats.len()];
-    if rest_nats == f64::NEG_INFINITY && possible.len() <= number {
-        for cell in possible {
-            probability[cell] = 1.0;
+    let Some(Tilted { possible, probability: tilted, outside, .. }) = Tilted::of(nats, of) else {
+        for (probability, nats) in probability.iter_mut().zip(nats) {
+            *probability = if *nats > f64::NEG_INFINITY { 1.0 } else { 0.0 };
         }
         return (probability, 0.0);
-    }
-    let weights: Vec<f64> = possible.iter().map(|&cell| nats[cell]).collect();
-    let tilt = tilt(&weights, rest_nats, number);
-    let tilted: Vec<f64> = weights.iter().map(|nats| logistic(nats + tilt)).collect();
-    let outside = poisson((rest_nats + tilt).exp(), number);
-    let (of_cells, rest) = given_number(&tilted, &outside, number);
+    };
+    let (of_cells, rest) = given_number(&tilted, &outside, of.number);
     for (cell, given) in possible.into_iter().zip(of_cells) {
         probability[cell] = given;
     }
     (probability, rest)
+}
+
+/// How many subjects are in some of the cells in the mean: the sum of their probabilities.
+pub(super) fn expected_in(nats: &[f64], of: Number, is_counted: &[bool]) -> f64 {
+    let Some(Tilted { possible, probability: tilted, outside, .. }) = Tilted::of(nats, of) else {
+        let is_possible = |(nats, counted): &(&f64, &bool)| **counted && **nats > f64::NEG_INFINITY;
+        return nats.iter().zip(is_counted).filter(is_possible).count() as f64;
+    };
+    let (mut here, mut elsewhere) = (nothing(of.number), outside);
+    for (cell, p) in possible.into_iter().zip(tilted) {
+        count(if is_counted[cell] { &mut here } else { &mut elsewhere }, p);
+    }
+    mean(&here, &elsewhere)
+}
+
+/// Indices of cells that hold subjects, drawn by their distribution; what is missing is outside.
+pub(super) fn draw(nats: &[f64], of: Number, random: &mut Stream) -> Vec<usize> {
+    let Some(Tilted { possible, probability, rest, .. }) = Tilted::of(nats, of) else {
+        return (0..nats.len()).filter(|&cell| nats[cell] > f64::NEG_INFINITY).collect();
+    };
+    let outside = Poisson::new(rest).ok();
+    loop {
+        let cells = possible.iter().zip(&probability).filter(|(_, p)| random.random::<f64>() < **p);
+        let cells: Vec<usize> = cells.map(|(&cell, _)| cell).collect();
+        let outside = outside.map_or(0.0, |outside| outside.sample(random));
+        if (cells.len() as f64 + outside - of.number as f64).abs() < 0.5 {
+            return cells;
+        }
+    }
+}
+
+/// The mean of the first of two numbers, given that their sum is the last one of both distributions.
+fn mean(of: &[f64], other: &[f64]) -> f64 {
+    let counted: Vec<f64> = (0..).zip(of).map(|(count, p)| f64::from(count) * p).collect();
+    at_degree(&counted, other) / at_degree(of, other)
+}
+
+/// Independent cells, and a number outside, of which about as many are expected as there are: those that are to be taken given
+/// their number.
+struct Tilted {
+    /// Indices of the cells that may hold one.
+    possible: Vec<usize>,
+    /// The probability of each of them.
+    probability: Vec<f64>,
+    /// How many are outside in the mean, and the distribution of their number.
+    rest: f64,
+    outside: Vec<f64>,
+}
+
+impl Tilted {
+    /// `None` if they do not fit.
+    fn of(nats: &[f64], Number { number, rest_nats }: Number) -> Option<Self> {
+        let possible: Vec<usize> = (0..nats.len()).filter(|&cell| nats[cell] > f64::NEG_INFINITY).collect();
+        if rest_nats == f64::NEG_INFINITY && possible.len() <= number {
+            return None;
+        }
+        let nats: Vec<f64> = possible.iter().map(|&cell| nats[cell]).collect();
+        let tilt = tilt(&nats, rest_nats, number);
+        let probability = nats.iter().map(|nats| logistic(nats + tilt)).collect();
+        let rest = (rest_nats + tilt).exp();
+        Some(Self { possible, probability, rest, outside: poisson(rest, number) })
+    }
 }
 
 /// The logarithm of the factor on all weights by which about as many subjects are expected as there are, if each cell holds
@@ -59,7 +128,8 @@ fn tilt(nats: &[f64], rest_nats: f64, number: usize) -> f64 {
         }
         None => outside,
     };
-    let mut tilt = low;
+    // A belief that is right expects about as many as there are.
+    let mut tilt = if low < 0.0 && 0.0 < high { 0.0 } else { low };
     for _ in 0..MOST_STEPS {
         let (sum, slope) = expected(tilt);
         if (sum - number_of).abs() <= TOLERANCE {
@@ -89,9 +159,7 @@ fn given_number(cells: &[f64], outside: &[f64], number: usize) -> (Vec<f64>, f64
         after.push(sums);
     }
     let of_cells = after.pop().unwrap_or_default();
-    let total = at_degree(&of_cells, outside);
-    let counted: Vec<f64> = (0..).zip(outside).map(|(count, p)| f64::from(count) * p).collect();
-    let rest = at_degree(&of_cells, &counted) / total;
+    let rest = mean(outside, &of_cells);
 
     let mut before = outside.to_vec();
     let mut probability = Vec::with_capacity(cells.len());
@@ -127,12 +195,10 @@ fn nothing(number: usize) -> Vec<f64> {
 
 /// Adds a cell that holds one with this probability to the distribution of a number.
 fn count(sums: &mut [f64], p: f64) {
-    let mut less = 0.0;
-    for sum in sums {
-        let same = *sum;
-        *sum = same * (1.0 - p) + less * p;
-        less = same;
+    for most in (1..sums.len()).rev() {
+        sums[most] = sums[most] * (1.0 - p) + sums[most - 1] * p;
     }
+    sums[0] *= 1.0 - p;
 }
 
 /// The distribution of the sum of two numbers, as far as theirs go.
@@ -173,6 +239,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::seed::{Purpose, stream};
 
     /// By enumeration of all sets of cells: what is not in one of them is outside.
     fn enumerated(nats: &[f64], rest_nats: f64, number: usize) -> (Vec<f64>, f64) {
@@ -203,12 +270,16 @@ mod tests {
             let possible = nats.iter().filter(|nats| nats.is_finite()).count();
             prop_assume!(is_outside || possible >= number);
             let (expected, outside) = enumerated(&nats, rest_nats, number);
-            let (given, rest) = posterior(&nats, rest_nats, number);
+            let of = Number { number, rest_nats };
+            let (given, rest) = posterior(&nats, of);
             for (given, expected) in given.iter().zip(&expected) {
                 prop_assert!((given - expected).abs() < 1e-9, "{given} {expected}");
             }
             prop_assert!((rest - outside).abs() < 1e-9, "{rest} {outside}");
             prop_assert!((given.iter().sum::<f64>() + rest - number as f64).abs() < 1e-9);
+            let is_counted: Vec<bool> = (0..nats.len()).map(|cell| cell % 3 > 0).collect();
+            let counted = given.iter().zip(&is_counted).filter(|(_, it)| **it).map(|(p, _)| p).sum::<f64>();
+            prop_assert!((expected_in(&nats, of, &is_counted) - counted).abs() < 1e-9);
         }
 
         /// Evidence of many readings exceeds the range of exponentials by far.
@@ -220,7 +291,7 @@ mod tests {
             let mut nats = vec![if empty { -5000.0 } else { -7.0 }; cells];
             nats[..found].fill(4000.0);
             let rest_nats = if is_outside { -2.0 } else { f64::NEG_INFINITY };
-            let (given, rest) = posterior(&nats, rest_nats, number);
+            let (given, rest) = posterior(&nats, Number { number, rest_nats });
             prop_assert!(given.iter().all(|p| (0.0..=1.0).contains(p)), "{given:?}");
             let sum = given.iter().sum::<f64>() + rest;
             prop_assert!((sum - number as f64).abs() < 1e-9 * number as f64, "{sum}");
@@ -230,7 +301,26 @@ mod tests {
     }
 
     #[test]
+    fn draws_are_as_frequent_as_the_posterior_says() {
+        let nats = [-3.0, 1.0, -1.0, -9.0, f64::NEG_INFINITY, 0.5];
+        let of = Number { number: 2, rest_nats: 0.7_f64.ln() };
+        let (expected, outside) = posterior(&nats, of);
+        let mut random = stream(1, Purpose::Truth, 0);
+        let draws: Vec<Vec<usize>> = (0..20_000).map(|_| draw(&nats, of, &mut random)).collect();
+        let share = |count: usize| count as f64 / draws.len() as f64;
+        for (cell, expected) in expected.iter().enumerate() {
+            let frequency = share(draws.iter().filter(|cells| cells.contains(&cell)).count());
+            assert!((frequency - expected).abs() < 0.015, "{cell}: {frequency} {expected}");
+        }
+        let inside = share(draws.iter().map(Vec::len).sum());
+        assert!((2.0 - inside - outside).abs() < 0.015, "{inside} {outside}");
+    }
+
+    #[test]
     fn more_subjects_than_cells_fill_them() {
-        assert_eq!(posterior(&[-1.0, f64::NEG_INFINITY], f64::NEG_INFINITY, 2), (vec![1.0, 0.0], 0.0));
+        let two = Number { number: 2, rest_nats: f64::NEG_INFINITY };
+        let nats = [-1.0, f64::NEG_INFINITY];
+        assert_eq!(posterior(&nats, two), (vec![1.0, 0.0], 0.0));
+        assert!((expected_in(&nats, two, &[true; 2]) - 1.0).abs() < 1e-12);
     }
 }

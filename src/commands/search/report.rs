@@ -166,10 +166,7 @@ impl Report {
             mission_time_s: seconds,
             expected_remaining: ended.episode.expected_remaining,
             cells_out_of_reach: out_of_reach.len(),
-            expected_out_of_reach: out_of_reach
-                .iter()
-                .map(|&cell| ended.episode.belief.probability(cell))
-                .sum(),
+            expected_out_of_reach: expected_out_of_reach(&ended.episode, &out_of_reach),
             subject: ended.episode.subject.map(Subject::from),
             last_find_s: outcome.last_find.map(dragnet_scenario::time::MissionTime::as_seconds),
             tail_s: outcome.tail().as_secs_f64(),
@@ -268,8 +265,7 @@ impl Report {
     fn left(&self, scenario: &Scenario) -> String {
         let expected = self.expected_remaining;
         let limit = scenario.mission().stop_when_expected_remaining;
-        let unreachable =
-            self.subject.as_ref().map_or(self.expected_out_of_reach, |subject| subject.out_of_reach);
+        let unreachable = self.expected_out_of_reach;
         let cells = self.cells_out_of_reach;
         let limit = match limit {
             Some(limit) if expected > limit => format!("; the search is NOT complete, which is at {limit}"),
@@ -278,6 +274,7 @@ impl Report {
                  cells out of reach"
             ),
             Some(limit) => format!("; the search is complete at {limit}"),
+            None if unreachable >= 0.005 => format!("; {unreachable:.2} in {cells} cells out of reach"),
             None => String::new(),
         };
         format!("{expected:.2} more objects expected in reach{limit}")
@@ -371,6 +368,12 @@ fn decided(scenario: &Scenario, episode: &Episode) -> Vec<finds::Find> {
     let object = |cell| Detection { cell, probability: episode.belief.probability(cell), time_ns: 0 };
     let declared: Vec<Detection> = scenario.terrain().searched_cells().filter(is_found).map(object).collect();
     finds::finds(&declared, &episode.verdicts)
+}
+
+/// Objects expected in cells out of reach: of subjects by their posterior.
+fn expected_out_of_reach(episode: &Episode, cells: &[Cell]) -> f64 {
+    let by_cells = || cells.iter().map(|&cell| episode.belief.probability(cell)).sum::<f64>() + 0.0;
+    episode.subject.map_or_else(by_cells, |standing| standing.out_of_reach)
 }
 
 /// Where the subjects are, and what their finds are, as lines.

@@ -71,7 +71,7 @@ function show(teams: Team[]): void {
   body?.replaceChildren(...teams.map(row));
   const first = teams[0];
   if (first === undefined) return;
-  const beyond = first.on_map < 1 ? ` ${percent(1 - first.on_map)} of the probability lies beyond the map and is never found.` : "";
+  const beyond = first.on_map < 1 ? ` ${percent(1 - first.on_map)} of the probability is outside of the area and is never found.` : "";
   element("forecast-note", HTMLElement).textContent =
     `Mean of ${first.missions} simulated missions for each team; in parentheses its 95 % interval, which more missions make narrower.${beyond} Simulations assume that the probabilities and the sensor are as given.`;
   drawCurves(teams, first.budget_seconds);

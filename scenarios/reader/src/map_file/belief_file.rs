@@ -14,6 +14,7 @@
 use std::path::Path;
 
 use dragnet_search::cell::{Cell, Grid, Position};
+use dragnet_search::subjects::Subjects;
 use dragnet_search::terrain::Terrain;
 use serde::{Deserialize, Serialize};
 
@@ -48,9 +49,14 @@ pub struct BeliefFile {
     pub earth: Option<Frame>,
     /// Its map's pose in the frame of its file.
     pub origin: Pose,
-    /// Probability that the one subject is outside of the searched cells, if exactly one is sought.
+    /// Probability that the one subject is outside of the searched cells, if exactly one is sought; of several whose number is
+    /// known the prior probability that each of them is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest_of_world: Option<f64>,
+    /// The number of subjects, if several are sought and their number is known: 2 to 100. The probabilities are then those of
+    /// independent cells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub subjects: Option<u32>,
     /// Probability of an object in each cell, the southern row first; null where nothing was searched.
     pub probability: Vec<Option<f64>>,
 }
@@ -109,6 +115,13 @@ impl From<MapOrigin> for Pose {
 }
 
 impl BeliefFile {
+    /// The same of several subjects of known number, whose cells are independent of each other but for it.
+    #[must_use]
+    pub fn of_several(self, subjects: Subjects) -> Self {
+        let (number, rest) = (subjects.number(), subjects.rest_of_world());
+        Self { rest_of_world: Some(rest), subjects: Some(number), ..self }
+    }
+
     /// A belief on a map, of which the position on the earth may be known.
     #[must_use]
     pub fn new(
@@ -129,6 +142,7 @@ impl BeliefFile {
             earth: earth.map(Frame::from),
             origin: origin.into(),
             rest_of_world,
+            subjects: None,
             probability: terrain.grid().cells().map(of).collect(),
         }
     }
@@ -176,6 +190,13 @@ impl BeliefFile {
         }
         if let Some(rest) = belief.rest_of_world.filter(|rest| !is_share(rest)) {
             return invalid("rest_of_world", &rest, "from 0 to 1");
+        }
+        let is_counted = |&number: &u32| (2..=Subjects::MAX_NUMBER).contains(&number);
+        if let Some(number) = belief.subjects.filter(|number| !is_counted(number)) {
+            return invalid("subjects", &number, &format!("from 2 to {}", Subjects::MAX_NUMBER));
+        }
+        if belief.subjects.is_some() && belief.rest_of_world.is_none_or(|rest| rest >= 1.0) {
+            return invalid("rest_of_world", &"not below 1", "from 0 to below 1 with subjects");
         }
         if belief.earth.is_some() && belief.georeference().is_none() {
             return invalid("earth", &"not a place", GeoPoint::ALLOWED);

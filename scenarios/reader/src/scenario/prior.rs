@@ -60,8 +60,7 @@ impl Prior {
         let own = Self::of_table(table, folder, map_file, map, objects)?;
         let Some(EarlierBelief { file, belief }) = earlier else { return Ok(own) };
         let fault = |source| Fault::MapFile { key: PRIOR_FROM, source };
-        own.check_continues(PRIOR_FROM)?;
-        check_same_kind(file, belief, own.subjects.is_some(), objects).map_err(fault)?;
+        check_same_kind(file, belief, own.subjects, objects).map_err(fault)?;
         own.after(PRIOR_FROM, file, belief, map)
     }
 
@@ -77,8 +76,9 @@ impl Prior {
             let own = PriorTable { file: None, ..table.clone() };
             let own = Self::of_table(&own, folder, map_file, map, objects)?;
             let (key, file) = ("prior.file", folder.join(file));
-            own.check_continues(key)?;
-            let earlier = BeliefFile::load(&file).map_err(|source| Fault::MapFile { key, source })?;
+            let fault = |source| Fault::MapFile { key, source };
+            let earlier = BeliefFile::load(&file).map_err(fault)?;
+            check_same_number(&file, &earlier, own.subjects).map_err(fault)?;
             return own.after(key, &file, &earlier, map);
         }
         let prior = Self::of_cells(table, folder, map_file, map, objects)?;
@@ -151,7 +151,8 @@ impl Prior {
 
     /// What an earlier search believed, where it searched; elsewhere this prior.
     ///
-    /// Of one subject, the earlier search says with which probability it is in no cell that both searches have, and this
+    /// Of several subjects whose number is known the earlier search also says how probable it is that one is in the rest of the world.
+    /// Of one subject, it says with which probability it is in no cell that both searches have, and this
     /// prior how that is shared among its other cells and its own rest of the world.
     fn after(
         self,
@@ -166,7 +167,12 @@ impl Prior {
             own.iter().zip(&moved.covered).map(|(own, covered)| own * (1.0 - covered)).collect();
         let (found, elsewhere) = (moved.mass.iter().sum::<f64>(), uncovered.iter().sum::<f64>());
         let (mut here, mut there, mut subjects) = (1.0, 1.0, self.subjects);
-        if let Some(one) = self.subjects {
+        if let Some((number, rest)) =
+            earlier.subjects.zip(earlier.rest_of_world).filter(|_| subjects.is_some())
+        {
+            // Cells are independent but for the number, and so go on as they are.
+            subjects = Subjects::new(number, rest);
+        } else if let Some(one) = self.subjects.filter(|subjects| subjects.number() == 1) {
             let outside = elsewhere + one.rest_of_world();
             if earlier.rest_of_world.is_none() {
                 // It counts expected objects, of which one is sought now.
@@ -195,19 +201,6 @@ impl Prior {
         let searched = map.terrain.searched_cells();
         let share = searched.map(covered).sum::<f64>() / map.terrain.searched_cells().count() as f64;
         Ok(Self { belief, claims: None, subjects, continued: Some(share), ..self })
-    }
-
-    /// Checks that what an earlier search believed can be the prior: where one of several subjects is says where the others are
-    /// not, which probabilities of cells do not tell.
-    fn check_continues(&self, key: &'static str) -> Result<(), Invalid> {
-        match self.subjects {
-            Some(subjects) if subjects.number() > 1 => {
-                let found = format!("what an earlier search believed, for {} subjects", subjects.number());
-                let allowed = "one subject, or several without prior.rest_of_world, in cells that are independent of each other";
-                Err(Invalid::new(key, found, allowed))
-            }
-            _ => Ok(()),
-        }
     }
 
     /// Checks that nothing is found before the first observation, except by an earlier search.
@@ -249,10 +242,13 @@ impl From<Belief> for Prior {
 fn check_same_kind(
     file: &Path,
     earlier: &BeliefFile,
-    is_for_one: bool,
+    subjects: Option<Subjects>,
     objects: &Objects,
 ) -> Result<(), MapFileError> {
-    let (found, allowed) = match (earlier.rest_of_world.is_some(), is_for_one) {
+    check_same_number(file, earlier, subjects)?;
+    let is_for_one = subjects.is_some_and(|subjects| subjects.number() == 1);
+    let was_for_one = earlier.rest_of_world.is_some() && earlier.subjects.is_none();
+    let (found, allowed) = match (was_for_one, is_for_one) {
         (true, false) => (
             "one subject",
             format!(
@@ -269,6 +265,24 @@ fn check_same_kind(
         (true, true) | (false, false) => return Ok(()),
     };
     Err(MapFileError::value(file, "what it sought", found, allowed))
+}
+
+/// Of several subjects, those that an earlier search has found are among those that are sought: of another number it would not
+/// be known which.
+fn check_same_number(
+    file: &Path,
+    earlier: &BeliefFile,
+    subjects: Option<Subjects>,
+) -> Result<(), MapFileError> {
+    let (Some(number), Some(subjects)) = (earlier.subjects, subjects) else { return Ok(()) };
+    if number == subjects.number() {
+        return Ok(());
+    }
+    let allowed = format!(
+        "{}, as the scenario seeks; objects.count counts those too that are found: {number}",
+        subjects.number()
+    );
+    Err(MapFileError::value(file, "the number of its subjects", number, allowed))
 }
 
 fn uniform(key: &str, probability: f64, terrain: &Terrain) -> Result<Belief, Invalid> {

@@ -343,6 +343,10 @@ impl Scenario {
 
     /// A prior may expect more or fewer objects than there are: a factor of two is a warning.
     fn contradiction(&self) -> Option<Warning> {
+        if self.subjects().is_some() {
+            // It is scaled to their number, and expects the others outside.
+            return None;
+        }
         let terrain = self.terrain();
         let by_prior: f64 = terrain.searched_cells().map(|cell| self.prior().probability(cell)).sum();
         let by_objects = match self.objects() {
