@@ -115,7 +115,7 @@ impl Subjects {
         several::expected_in(&odds_nats(belief), self.of_several(), &is_left)
     }
 
-    /// Cells that hold subjects, drawn by what a belief says of them, by index; the others are outside.
+    /// Cells that hold subjects, at least two in all, drawn by what a belief says of them, by index; the others are outside.
     ///
     /// Cells and the number outside are drawn independently, and anew until there are as many in all as there are subjects.
     #[must_use]
