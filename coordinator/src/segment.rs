@@ -32,6 +32,8 @@ pub const IN_ALL: &str = "in all";
 pub struct Segments {
     areas: Vec<Area>,
     frame: Option<Georeference>,
+    /// Probability that a subject is in the area at all, before the search; 1 if their number is not known.
+    inside: f64,
     /// Total number of expected objects.
     expected_objects: f64,
     detection_threshold: f64,
@@ -159,6 +161,7 @@ impl Segments {
         let mut segments = Self {
             areas: earth.map(|earth| earth.areas.clone()).unwrap_or_default(),
             frame: earth.map(|earth| earth.frame),
+            inside: subjects.map_or(1.0, |subjects| 1.0 - subjects.rest_of_world()),
             expected_objects: subjects.map_or_else(expected, |subjects| f64::from(subjects.number())),
             detection_threshold,
             sensors,
@@ -191,7 +194,9 @@ impl Segments {
         let area = |(area, shares): (&Area, &Option<Vec<(Cell, f64)>>)| {
             let shares = shares.as_deref()?;
             Some(match area.purpose.poa() {
-                Some(poa) => sum.region(poa, matches!(area.purpose, Purpose::Prior { .. }), shares),
+                Some(poa) => {
+                    sum.region(poa * self.inside, matches!(area.purpose, Purpose::Prior { .. }), shares)
+                }
                 None => sum.cells(shares.iter().copied()),
             })
         };

@@ -79,7 +79,8 @@ pub fn text(account: &Account) -> String {
 fn drawn(area: &Area, coverage: Option<&Coverage>) -> Feature {
     let mut feature = area.feature();
     if let Some(coverage) = coverage {
-        feature.set_property("poa", coverage.poa);
+        // That of a region stays as drawn, for who reads the file as a map.
+        feature.set_property("poa", area.purpose.poa().unwrap_or(coverage.poa));
         feature.set_property("pod", coverage.pod);
         feature.set_property("pos", coverage.pos());
         feature.set_property("cells", coverage.cells);

@@ -239,7 +239,8 @@ fn area(writer: &mut Document, area: &Area, coverage: Option<&Coverage>) -> io::
         let mut facts = vec![("kind", area.purpose.word().to_owned())];
         facts.extend(area.purpose.distances());
         if let Some(coverage) = coverage {
-            facts.push(("poa", coverage.poa.to_string()));
+            // That of a region stays as drawn, for who reads the file as a map.
+            facts.push(("poa", area.purpose.poa().unwrap_or(coverage.poa).to_string()));
             facts.push(("pod", coverage.pod.to_string()));
             facts.push(("pos", coverage.pos().to_string()));
             facts.push(("cells", coverage.cells.to_string()));

@@ -81,11 +81,12 @@ impl Prior {
             check_same_number(&file, &earlier, own.subjects).map_err(fault)?;
             return own.after(key, &file, &earlier, map);
         }
-        let prior = Self::of_cells(table, folder, map_file, map, objects)?;
-        match table.rest_of_world {
-            Some(rest_of_world) => Ok(prior.of_subjects(rest_of_world, table, &map.terrain, objects)?),
-            None => Ok(prior),
-        }
+        let Some(rest_of_world) = table.rest_of_world else {
+            return Self::of_cells(table, folder, map_file, map, objects);
+        };
+        // It is scaled to their number, and to those who are inside.
+        let prior = Self::of_cells(table, folder, map_file, map, &Objects::Count(1))?;
+        Ok(prior.of_subjects(rest_of_world, table, &map.terrain, objects)?)
     }
 
     /// The prior of independent cells.
@@ -445,12 +446,26 @@ budget_meters = 300
         let posterior = subjects.posterior(scenario.prior());
         let inside: f64 = posterior.probabilities().iter().sum();
         assert!((inside + posterior.rest_of_world() - 2.0).abs() < 1e-9, "{inside}");
-        // Cells that hold two are left out, so that a little more is outside than the half that is drawn.
-        assert!((0.5..0.6).contains(&posterior.rest_of_world()), "{}", posterior.rest_of_world());
+        // About as many are outside as without the knowledge of their number.
+        assert!((posterior.rest_of_world() - 0.5).abs() < 0.05, "{}", posterior.rest_of_world());
+    }
+
+    /// Without the rest of the world seven are too many for these regions.
+    #[test]
+    fn regions_hold_as_many_as_are_expected_inside() {
+        let seven = |rest: &str| {
+            DRAWN.replace("[prior]", &format!("[prior]\n{rest}")).replace("count = 2", "count = 7")
+        };
+        let scenario = load(&seven("rest_of_world = 0.6"), REGIONS).unwrap();
+        let given = scenario.prior().probabilities();
+        for (given, expected) in given.iter().zip([0.525, 0.525, 0.175, 0.175].repeat(2)) {
+            assert!((given - expected).abs() < 1e-6, "{given} {expected}");
+        }
+        assert!(load(&seven(""), REGIONS).is_err() && load(&seven("rest_of_world = 0.1"), REGIONS).is_err());
     }
 
     #[test]
-    fn a_rest_of_the_world_needs_one_object_and_leaves_some_probability() {
+    fn a_rest_of_the_world_needs_a_known_number_and_leaves_some_probability() {
         let check = |from: &str, to: &str, message: &str| {
             assert_mentions(&load(&ONE.replace(from, to), REGIONS).unwrap_err(), message);
         };
