@@ -30,7 +30,7 @@ def test_every_guide_is_a_page(site):
 
 def test_links_of_the_repository_lead_to_pages_and_sources_have_none(site):
     assert 'href="../scenarios/#' in (site / "guide/index.html").read_text()
-    assert 'href="../maps/#one-subject"' in (site / "scenarios/index.html").read_text()
+    assert 'href="../maps/#subjects-of-known-number"' in (site / "scenarios/index.html").read_text()
     assert 'href="field-guide/#ros-2"' in (site / "index.html").read_text()
     for page in site.glob("**/*.html"):
         links = re.findall(r'href="([^"]*)"', page.read_text())

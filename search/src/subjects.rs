@@ -59,7 +59,7 @@ impl Subjects {
     /// The most subjects.
     pub const MAX_NUMBER: u32 = 100;
 
-    /// So many subjects, 1 to [`Subjects::MAX_NUMBER`], each outside of the searched cells with this prior probability, 0 to
+    /// This number of subjects, 1 to [`Subjects::MAX_NUMBER`], each outside of the searched cells with this prior probability, 0 to
     /// below 1; `None` for other numbers.
     #[must_use]
     pub fn new(number: u32, rest_of_world: f64) -> Option<Self> {

@@ -165,7 +165,7 @@ fn a_file_of_another_kind_is_told_with_what_reads_it() {
     );
     place.succeed(&["scenarios", "--write", "ice_cream_cone"]);
     let said = ["ice_cream_cone.toml, line", "no settings", "a scenario, which run reads"];
-    for command in ["agent", "coordinator", "sim"] {
+    for command in ["agent", "coordinator"] {
         place.refuse(&[command, "--config", "ice_cream_cone.toml"], &said);
     }
 }
