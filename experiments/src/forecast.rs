@@ -53,7 +53,7 @@ pub struct Forecast {
 /// One simulated mission.
 struct Mission {
     /// Share of its objects that can be found, times that which was found, over the time in seconds; `None` if there
-    /// was no object, and nobody knows how many there are.
+    /// was no object, and their number is not known.
     found: Option<(f64, Curve)>,
     end_seconds: f64,
 }

@@ -14,7 +14,7 @@ pub struct Places {
     grid: Grid,
     cell_meters: f64,
     frame: Option<Georeference>,
-    /// Whether the number of objects there is known: a find is told as that of a subject.
+    /// Whether the number of objects there is known: finds are those of subjects.
     pub(crate) is_of_subjects: bool,
 }
 

@@ -37,7 +37,7 @@ pub fn read<T: DeserializeOwned + Serialize>(text: &str) -> Result<T, TextError>
     Ok(read)
 }
 
-/// Whether a TOML text has a key at the top level: files of other kinds are told by one that only they have.
+/// Whether a TOML text has a key at the top level: one that only a certain kind of file has tells of which kind it is.
 #[must_use]
 pub fn has_key(text: &str, key: &str) -> bool {
     DeTable::parse(text).is_ok_and(|table| table.get_ref().contains_key(key))
