@@ -222,10 +222,14 @@ fn subject(account: &Account) -> String {
         )
     };
     let finds: String = account.found.iter().map(find).collect();
-    let each = if standing.number == 1 { "the subject" } else { "any one of the subjects, found or not" };
+    let (each, found) = if standing.number == 1 {
+        ("the subject", "")
+    } else {
+        ("any one of the subjects", ", found or not")
+    };
     format!(
         "POS is of the effort, POA x POD: how probable it was beforehand that this search finds {each} there; the posterior \
-         is of {each}: how probable it is there after all that was seen\n\
+         is of {each}{found}: how probable it is there after all that was seen\n\
          the {}, by the posterior: {standing}\n{finds}",
         standing.noun()
     )
