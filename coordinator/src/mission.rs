@@ -305,8 +305,12 @@ impl Mission {
     /// The posterior of the subjects by which cells are declared, if their number is known.
     #[must_use]
     pub fn standing(&self) -> Option<Standing> {
+        Some(self.standing_of(&self.subject()?))
+    }
+
+    fn standing_of(&self, subject: &SubjectPosterior) -> Standing {
         let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
-        Some(self.subject()?.standing(terrain, reach, |cell| self.declarations.contains(cell)))
+        subject.standing(terrain, reach, |cell| self.declarations.contains(cell))
     }
 
     /// The belief as it is shown: that of subjects is their posterior.
@@ -362,7 +366,8 @@ impl Mission {
     #[must_use]
     pub fn left(&self) -> Left {
         let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
-        let (subject, subjects) = (self.subject(), self.standing());
+        let subject = self.subject();
+        let subjects = subject.as_ref().map(|subject| self.standing_of(subject));
         let out_of_reach = reach.out_of_reach(terrain).filter(|&cell| !self.declarations.contains(cell));
         let by_cells = || out_of_reach.map(|cell| self.belief().probability(cell)).sum::<f64>() + 0.0;
         Left {

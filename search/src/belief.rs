@@ -191,11 +191,16 @@ impl Belief {
         probability(self.log_odds_nats(cell))
     }
 
+    /// `ln(p / (1 - p))` of each cell, shape `[cells]`, by index.
+    pub(crate) fn log_odds(&self) -> impl Iterator<Item = f64> {
+        let cells = self.prior_log_odds_nats.iter().zip(self.evidence.cells());
+        cells.map(|(prior, evidence)| prior + evidence.log_likelihood_ratio_nats())
+    }
+
     /// Probability of each cell, shape `[cells]`, by index.
     #[must_use]
     pub fn probabilities(&self) -> Vec<f64> {
-        let cells = self.prior_log_odds_nats.iter().zip(self.evidence.cells());
-        cells.map(|(prior, evidence)| probability(prior + evidence.log_likelihood_ratio_nats())).collect()
+        self.log_odds().map(probability).collect()
     }
 
     /// Whether a cell's probability is at least `tau`.

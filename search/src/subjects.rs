@@ -92,7 +92,8 @@ impl Subjects {
                 of_one(nats.collect(), self.rest_of_world.ln())
             }
             number => {
-                let (probability, rest_of_world) = several::posterior(&odds_nats(belief), self.of_several());
+                let odds: Vec<f64> = belief.log_odds().collect();
+                let (probability, rest_of_world) = several::posterior(&odds, self.of_several());
                 SubjectPosterior { number, probability, rest_of_world }
             }
         }
@@ -112,7 +113,8 @@ impl Subjects {
         }
         let is_left = |cell| terrain.is_searched(cell) && reach.covers(cell) && !is_declared(cell);
         let is_left: Vec<bool> = terrain.grid().cells().map(is_left).collect();
-        several::expected_in(&odds_nats(belief), self.of_several(), &is_left)
+        let odds: Vec<f64> = belief.log_odds().collect();
+        several::expected_in(&odds, self.of_several(), &is_left)
     }
 
     /// Cells that hold subjects, at least two in all, drawn by what a belief says of them, by index; the others are outside.
@@ -120,7 +122,8 @@ impl Subjects {
     /// Cells and the number outside are drawn independently, and anew until there are as many in all as there are subjects.
     #[must_use]
     pub fn draw(self, belief: &Belief, random: &mut Stream) -> Vec<usize> {
-        several::draw(&odds_nats(belief), self.of_several(), random)
+        let odds: Vec<f64> = belief.log_odds().collect();
+        several::draw(&odds, self.of_several(), random)
     }
 
     /// What several are, and where each may be.
@@ -128,12 +131,6 @@ impl Subjects {
         let number = f64::from(self.number);
         several::Number { number: self.number as usize, rest_nats: (number * self.rest_of_world).ln() }
     }
-}
-
-/// Log-odds of all cells, nats, shape `[cells]`.
-fn odds_nats(belief: &Belief) -> Vec<f64> {
-    let cells = belief.prior_log_odds().iter().zip(belief.evidence().cells());
-    cells.map(|(prior, it)| prior + it.log_likelihood_ratio_nats()).collect()
 }
 
 fn of_one(mut probability: Vec<f64>, rest_nats: f64) -> SubjectPosterior {

@@ -97,7 +97,7 @@ fn alone(path: &Path, endpoints: Endpoints) -> String {
 fn sought(scenario: &Scenario) -> String {
     let objects = scenario.objects();
     let Some(subjects) = scenario.subjects() else { return objects.to_string() };
-    let percent = (1e6 * subjects.rest_of_world()).round() / 1e4;
+    let percent = scenario::percent_outside(subjects);
     let each = if subjects.number() == 1 { "" } else { "each " };
     format!("{objects}, their number known, {each}outside of the area with {percent} %")
 }

@@ -10,6 +10,7 @@ use clap::error::ErrorKind;
 use dragnet_learn::policy::{PolicyName, Shipped};
 use dragnet_scenario::file::PolicyField;
 use dragnet_scenario::{Scenario, ScenarioError, Start};
+use dragnet_search::subjects::Subjects;
 
 use super::{Failure, complain};
 use crate::terminal::counted;
@@ -28,6 +29,11 @@ fn quoted(path: &str) -> String {
     if path.chars().all(is_plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
 
+/// How probable it is that a subject is outside of the area, as people write it.
+pub(super) fn percent_outside(subjects: Subjects) -> f64 {
+    (1e6 * subjects.rest_of_world()).round() / 1e4
+}
+
 /// What is assumed of a map alone.
 fn assumed(scenario: &Scenario) -> String {
     let (terrain, file) = (scenario.terrain(), scenario.source().path.display());
@@ -36,7 +42,7 @@ fn assumed(scenario: &Scenario) -> String {
     let place = scenario
         .object_weights()
         .map_or("anywhere in the search area", |_| "as likely in each cell as the areas say");
-    let percent = scenario.subjects().map_or(0.0, |one| (1e6 * one.rest_of_world()).round() / 1e4);
+    let percent = scenario.subjects().map_or(0.0, percent_outside);
     let elsewhere = if percent > 0.0 { format!(" ({percent} % elsewhere)") } else { String::new() };
     format!(
         "{file} is a map: cells of {} m ({} x {}), a sensor with a radius of {} cells, {} {place}{elsewhere}, {}, \

@@ -58,8 +58,7 @@ export function showPanel(mission, goTo) {
         showSegments(mission);
     }
 }
-function showSubjects(subjects) {
-    const { number, found, rest_of_world } = subjects;
+function showSubjects({ number, found, rest_of_world }) {
     const isOne = number === 1;
     const place = isOne ? "The subject is at a find" : `Of ${number} subjects expected at finds`;
     const text = (count) => (isOne ? `${(100 * count).toFixed(0)} %` : count.toFixed(2));

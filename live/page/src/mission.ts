@@ -38,6 +38,13 @@ export interface Area {
   poa?: number;
 }
 
+/** How many subjects there are, and how many are expected in declared cells and outside of the area. */
+export interface SubjectFrame {
+  number: number;
+  found: number;
+  rest_of_world: number;
+}
+
 export interface Frame {
   kind: "frame";
   is_whole: boolean;
@@ -59,8 +66,8 @@ export interface Frame {
   orders?: OrderFrame[];
   pod: number;
   expected: number;
-  /** How many subjects are expected in declared cells, and outside of the area, if their number is known. */
-  subject?: { number: number; found: number; rest_of_world: number };
+  /** Present if the number of subjects is known. */
+  subject?: SubjectFrame;
   entropy: number;
   progress: number;
   messages: number;

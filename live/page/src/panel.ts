@@ -3,7 +3,7 @@
 import { drawChart } from "./chart.js";
 import { robotColor } from "./colors.js";
 import { percent } from "./describe.js";
-import { type Mission, type RobotFrame, clock, due } from "./mission.js";
+import { type Mission, type RobotFrame, type SubjectFrame, clock, due } from "./mission.js";
 import { showSegments } from "./segments.js";
 
 export function element<T extends HTMLElement>(id: string, kind: new () => T): T {
@@ -62,8 +62,7 @@ export function showPanel(mission: Mission, goTo: (cell: number) => void): void 
 }
 
 /** Updates the table; only changed cells are touched, so that a screen reader keeps its position. */
-function showSubjects(subjects: NonNullable<Mission["frame"]>["subject"] & object): void {
-  const { number, found, rest_of_world } = subjects;
+function showSubjects({ number, found, rest_of_world }: SubjectFrame): void {
   const isOne = number === 1;
   const place = isOne ? "The subject is at a find" : `Of ${number} subjects expected at finds`;
   const text = (count: number): string => (isOne ? `${(100 * count).toFixed(0)} %` : count.toFixed(2));

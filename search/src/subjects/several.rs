@@ -5,6 +5,7 @@ use std::iter;
 use rand::RngExt;
 use rand_distr::{Distribution, Poisson};
 
+use crate::belief;
 use crate::seed::Stream;
 
 /// How far from the number of subjects the mean of the tilted distribution may be.
@@ -96,7 +97,7 @@ impl Tilted {
         }
         let nats: Vec<f64> = possible.iter().map(|&cell| nats[cell]).collect();
         let tilt = tilt(&nats, rest_nats, number);
-        let probability = nats.iter().map(|nats| logistic(nats + tilt)).collect();
+        let probability = nats.iter().map(|nats| belief::probability(nats + tilt)).collect();
         let rest = (rest_nats + tilt).exp();
         Some(Self { possible, probability, rest, outside: poisson(rest, number) })
     }
@@ -113,7 +114,7 @@ fn tilt(nats: &[f64], rest_nats: f64, number: usize) -> f64 {
     let expected = |tilt: f64| {
         let outside = (rest_nats + tilt).exp();
         nats.iter()
-            .map(|nats| logistic(nats + tilt))
+            .map(|nats| belief::probability(nats + tilt))
             .fold((outside, outside), |(sum, slope), p| (sum + p, slope + p * (1.0 - p)))
     };
     let greatest = nats.iter().copied().fold(rest_nats, f64::max);
@@ -228,10 +229,6 @@ fn poisson(mean: f64, number: usize) -> Vec<f64> {
         Some(term)
     });
     terms.take(number + 1).collect()
-}
-
-fn logistic(nats: f64) -> f64 {
-    1.0 / (1.0 + (-nats).exp())
 }
 
 #[cfg(test)]
