@@ -1,5 +1,6 @@
 //! The robot's state machine: handles events and returns effects.
 
+mod apart;
 mod operator;
 mod zones;
 
@@ -27,10 +28,12 @@ use dragnet_search::policy::{Decision, Policy};
 use dragnet_search::route::{Connectivity, ShortestPathTree};
 use dragnet_search::seed::{Purpose, Stream, stream};
 use dragnet_search::sensor::Sensor;
+use dragnet_search::separation::Separation;
 use dragnet_search::situation::{Place, Situation, is_way_home_within, leading_cells_with_way_home};
 use dragnet_search::subjects::Subjects;
 use dragnet_search::terrain::Terrain;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -59,6 +62,8 @@ pub struct AgentConfig {
     pub subjects: Option<Subjects>,
     /// Prior probability in cells that the operator adds.
     pub added_prior: f64,
+    /// How far it keeps from its teammates.
+    pub separation: Separation,
     /// Limits by which observations are validated.
     pub limits: Limits,
     /// Detection threshold, stopping conditions, communication periods, and the robot's own speed and budget.
@@ -93,6 +98,7 @@ impl AgentConfig {
                 knowledge: knowledge.clone(),
                 subjects: scenario.subjects(),
                 added_prior,
+                separation: scenario.separation(),
                 limits: limits.clone(),
                 mission: scenario.mission().of(&robot.class),
                 max_observations,
@@ -152,6 +158,8 @@ pub struct Agent {
     entered: u32,
     /// When the plan was made.
     decided: MissionTime,
+    /// When it came to its cell.
+    arrived: MissionTime,
     /// Whether its plan is overtaken by a teammate's that arrived late, made before this robot's and unknown when it
     /// decided, or by a verdict of the operator.
     is_overtaken: bool,
@@ -190,7 +198,11 @@ pub struct Agent {
     zones: Zones,
     /// What is hidden by its vehicle's map too, if that has told it.
     line_of_sight: Option<LineOfSight>,
-    /// The map as it plans: with these zones, without the barred cells, and with what its vehicle knows to be hidden.
+    /// The map with these zones, without the barred cells, and with what its vehicle knows to be hidden.
+    open_ground: Arc<Terrain>,
+    /// Cells that teammates who stand keep it out of.
+    occupied: BTreeSet<Cell>,
+    /// The map as it plans: without these.
     ground: Arc<Terrain>,
     /// Whether its vehicle must return to its base.
     must_return: bool,
@@ -241,6 +253,7 @@ impl Agent {
             plan: Vec::new(),
             entered: 0,
             decided: MissionTime::START,
+            arrived: MissionTime::START,
             is_overtaken: false,
             sightings: Sightings::default(),
             located: Vec::new(),
@@ -260,6 +273,8 @@ impl Agent {
             orders: RobotOrders::default(),
             zones: Zones::default(),
             line_of_sight: None,
+            open_ground: Arc::clone(&config.terrain),
+            occupied: BTreeSet::new(),
             ground: Arc::clone(&config.terrain),
             must_return: false,
             waiting: Waiting::default(),
@@ -312,7 +327,7 @@ impl Agent {
         let mut effects = Effects::default();
         match event {
             Event::Sensed { cell, readings } => self.sense(now, cell, readings, &mut effects),
-            Event::RouteFailed { blocked } => self.bar(now, &blocked),
+            Event::RouteFailed { blocked } => self.bar(now, blocked),
             Event::Doubted { cells } => self.sightings.doubt(&cells),
             Event::LineOfSight(seen) => {
                 self.line_of_sight = Some(seen);
@@ -360,6 +375,7 @@ impl Agent {
     #[must_use]
     pub fn wake_at(&self) -> MissionTime {
         let due = self.heartbeats.due().min(self.waiting.until.unwrap_or(MissionTime(u64::MAX)));
+        let due = due.min(self.held_until().unwrap_or(MissionTime(u64::MAX)));
         if self.plans == 0 && self.cell.is_some() { due.min(self.config.first_decision()) } else { due }
     }
 
@@ -420,7 +436,7 @@ impl Agent {
             self.cell = Some(cell);
             self.settle(cell);
         }
-        self.move_to(cell);
+        self.move_to(now, cell);
         self.observe(now, cell, readings, effects);
         let is_due =
             self.config.robot.policy.replan_after_cells.is_some_and(|cells| self.entered >= cells.get());
@@ -433,10 +449,11 @@ impl Agent {
                     || self.is_spent(now)
                     || self.is_due_home(now)
                     || self.is_cleared()
+                    || self.is_way_blocked(now)
             }
-            Activity::Returning => self.plan.is_empty() || self.is_overtaken,
-            Activity::Sent | Activity::Leaving => {
-                self.plan.is_empty() || self.is_overtaken || self.is_spent(now)
+            Activity::Returning => self.plan.is_empty() || self.is_overtaken || self.is_way_blocked(now),
+            Activity::Sent | Activity::Leaving | Activity::GivingWay => {
+                self.plan.is_empty() || self.is_overtaken || self.is_spent(now) || self.is_way_blocked(now)
             }
             // Observations while it rests may have withdrawn a find.
             Activity::Cleared => true,
@@ -482,7 +499,7 @@ impl Agent {
     }
 
     /// The robot may be off its plan, which is then discarded.
-    fn move_to(&mut self, cell: Cell) {
+    fn move_to(&mut self, now: MissionTime, cell: Cell) {
         if self.cell == Some(cell) && !self.plan.is_empty() {
             // A vehicle reports what it has found in the cell that it leaves.
             return;
@@ -492,6 +509,7 @@ impl Agent {
         {
             self.path_meters += self.meters(before, cell);
             self.entered += 1;
+            self.arrived = now;
         }
         self.cell = Some(cell);
         match self.plan.iter().position(|&planned| planned == cell) {
@@ -525,10 +543,14 @@ impl Agent {
             Message::Observation(observation) => {
                 if let Source::Robot(robot) = observation.origin.source {
                     self.team.walked(now, robot, observation.from);
+                    self.team.is_at(now, robot, observation.time_ns, observation.from);
                 }
             }
             Message::Intent(intent) => self.learn_plan(now, intent),
-            Message::Heartbeat(heartbeat) => self.learn_plan(now, &heartbeat.intent),
+            Message::Heartbeat(heartbeat) => {
+                self.learn_plan(now, &heartbeat.intent);
+                self.team.is_at(now, heartbeat.robot, heartbeat.time_ns, heartbeat.cell);
+            }
             Message::SyncRequest(_)
             | Message::SyncReply(_)
             | Message::MissionStatus(_)
@@ -572,7 +594,11 @@ impl Agent {
         let is_first = self.plans == 0;
         // Between cells it is not known how far a robot has come on its way home.
         let is_running_out = match self.activity {
-            Activity::Searching | Activity::Paused | Activity::Sent | Activity::Leaving => self.is_spent(now),
+            Activity::Searching
+            | Activity::Paused
+            | Activity::Sent
+            | Activity::Leaving
+            | Activity::GivingWay => self.is_spent(now),
             Activity::Waiting | Activity::Holding => self.is_spent(now) || self.is_due_home(now),
             Activity::Returning
             | Activity::Cleared
@@ -580,10 +606,12 @@ impl Agent {
             | Activity::Stuck
             | Activity::Recalled => false,
         };
-        // Teammates' observations may have withdrawn a find.
-        let is_cleared = self.activity == Activity::Cleared;
+        // Teammates' observations may have withdrawn a find, and a teammate that was in the way may have left.
+        let may_go_on = self.activity == Activity::Cleared
+            || self.activity == Activity::Stuck && self.config.separation.is_kept();
         let is_to_think_again = self.waiting.until.is_some_and(|until| now >= until);
-        if is_first || is_running_out || is_cleared || is_to_think_again {
+        let is_held = self.give_up_if_held(now);
+        if is_first || is_running_out || may_go_on || is_to_think_again || is_held {
             self.decide(now, effects);
         }
         if self.heartbeats.beats(now) {
@@ -613,7 +641,7 @@ impl Agent {
     /// The ways to a base, or to the cell nearest to it that no-go zones leave in reach.
     fn home_to(&self, base: Cell) -> Home {
         let base = self.haven(base);
-        Home::new(&self.ground, self.config.connectivity, base)
+        Home::new(&self.open_ground, self.config.connectivity, base)
     }
 
     /// Whether the budget leaves no more than the way home.
@@ -665,9 +693,10 @@ impl Agent {
     fn plan_to_think_again(&mut self, now: MissionTime) {
         if self.activity != Activity::Waiting {
             self.waiting.until = None;
-        } else if self.waiting.until.is_none() && self.waiting.known != self.known() {
+        } else if self.waiting.known != self.known() {
             let soonest = self.waiting.since + self.config.step_time();
-            self.waiting.until = Some(soonest.max(now) + self.config.turn());
+            let due = soonest.max(now) + self.config.turn();
+            self.waiting.until = Some(self.waiting.until.map_or(due, |until| until.min(due)));
         }
     }
 
@@ -678,7 +707,8 @@ impl Agent {
     /// Chooses a waypoint, or rests.
     fn decide(&mut self, now: MissionTime, effects: &mut Effects<Message>) {
         let Some(cell) = self.cell.filter(|_| now >= self.config.first_decision()) else { return };
-        if self.barred.open(now) {
+        let has_opened = self.barred.open(now);
+        if self.learns_who_stands(now) || has_opened {
             self.survey();
         }
         let (activity, path) = match self.order() {
@@ -694,7 +724,8 @@ impl Agent {
         };
         let may_leave = activity.is_rest() && self.order() != RobotOrder::Pause;
         let (activity, path) = if may_leave { self.go_home(cell, activity) } else { (activity, path) };
-        self.waiting = Waiting { since: now, known: self.known(), until: None };
+        let (activity, path) = self.keep_apart(now, cell, (activity, path));
+        self.waiting = Waiting { since: now, known: self.known(), until: self.waits_until(now, activity) };
         if activity != Activity::Searching && activity == self.activity && path == self.plan {
             return;
         }
@@ -719,6 +750,7 @@ impl Agent {
         let ways_home = self.home.as_ref().map(Home::ways);
         let path = &whole[..leading_cells_with_way_home(grid, cell, &whole, ways_home, remaining_cells)];
         match (path.is_empty(), whole.is_empty()) {
+            (_, true) if there != cell => (self.unless_occupied(Activity::Holding), Vec::new()),
             (_, true) => (Activity::Holding, Vec::new()),
             (true, false) => (Activity::Spent, Vec::new()),
             (false, false) => (Activity::Sent, path.to_vec()),
@@ -735,7 +767,10 @@ impl Agent {
         match home {
             Some(home) if home.base() != cell => match home.path_from(cell) {
                 path if path.is_empty() => (Activity::Stuck, path),
-                path => (Activity::Returning, path),
+                path => match self.around_occupied(cell, path) {
+                    path if path.is_empty() => (self.unless_occupied(Activity::Stuck), path),
+                    path => (Activity::Returning, path),
+                },
             },
             _ => (reason, Vec::new()),
         }
@@ -782,7 +817,7 @@ impl Agent {
         } else if decision.had_candidates() {
             Activity::Cleared
         } else {
-            Activity::Stuck
+            self.unless_occupied(Activity::Stuck)
         };
         (activity, Vec::new())
     }

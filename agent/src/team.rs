@@ -1,5 +1,6 @@
 //! A robot's knowledge of its teammates: which are alive, and their plans.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -13,6 +14,8 @@ use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::observation::RobotId;
 use dragnet_search::terrain::Terrain;
 
+use crate::clearance::Other;
+
 /// The teammates that messages have been received from.
 #[derive(Clone, Debug, Default)]
 pub struct Team {
@@ -20,6 +23,8 @@ pub struct Team {
     mates: Vec<Option<Teammate>>,
     /// Number of changes of their plans.
     changes: u64,
+    /// Where those that are lost were last.
+    lost: BTreeMap<RobotId, Cell>,
 }
 
 #[derive(Clone, Debug)]
@@ -27,6 +32,8 @@ struct Teammate {
     last_received: MissionTime,
     /// Where it observed last.
     cell: Option<Cell>,
+    /// When its newest message was sent that says where it is, and that cell.
+    place: Option<(u64, Cell)>,
     /// The last plan received, without the cells entered since.
     plan: Option<Intent>,
     /// When it last made a plan or progress on it.
@@ -114,10 +121,59 @@ impl Team {
         }
     }
 
+    /// Records that a teammate's message of this time says that it is in a cell.
+    pub fn is_at(&mut self, now: MissionTime, robot: RobotId, time_ns: u64, cell: Cell) {
+        let mate = self.mate(now, robot);
+        if mate.place.is_none_or(|(newest, _)| newest <= time_ns) {
+            mate.place = Some((time_ns, cell));
+        }
+    }
+
+    /// The ways of those teammates that a robot of the view's class could come too near to: of those that stand, and of those
+    /// that made their plans before `since`. The others knew this robot's way.
+    pub(crate) fn others(&self, view: View<'_>, since: (MissionTime, RobotId)) -> Vec<Other> {
+        let other = |(robot, mate): (RobotId, &Teammate)| {
+            let class = view.limits.class(robot.into())?;
+            if class.flies != view.class.flies {
+                return None;
+            }
+            let (_, cell) = mate.place?;
+            let plan = mate.plan.as_ref().filter(|plan| !mate.is_stalled && !plan.path.is_empty());
+            if plan.is_some_and(|plan| (MissionTime(plan.time_ns), robot) >= since) {
+                return None;
+            }
+            let step = view.terrain.cell_meters() / class.speed_meters_per_second;
+            let elapsed = view.now.since(mate.last_progress).as_secs_f64();
+            Some(Other { cell, path: plan.map_or_else(Vec::new, |plan| plan.path.to_vec()), elapsed, step })
+        };
+        self.known().filter_map(other).collect()
+    }
+
+    /// Cells of teammates of the view's class, flying or not, that are not under way.
+    pub(crate) fn standing(&self, view: View<'_>) -> impl Iterator<Item = Cell> {
+        let stands =
+            |mate: &&Teammate| mate.is_stalled || mate.plan.as_ref().is_none_or(|plan| plan.path.is_empty());
+        self.known().filter(move |(_, mate)| stands(mate)).filter_map(move |(robot, mate)| {
+            let class = view.limits.class(robot.into())?;
+            (class.flies == view.class.flies).then_some(mate.place?.1)
+        })
+    }
+
     /// Removes a lost teammate and its plan.
     pub fn lost(&mut self, robot: RobotId) {
-        let mate = self.mates.get_mut(robot.index()).and_then(Option::take);
-        self.changes += u64::from(mate.is_some());
+        if let Some(mate) = self.mates.get_mut(robot.index()).and_then(Option::take) {
+            self.changes += 1;
+            self.lost.extend(mate.place.map(|(_, cell)| (robot, cell)));
+        }
+    }
+
+    /// Where the teammates of the view's class that are lost, flying or not, were last.
+    pub(crate) fn last_places(&self, view: View<'_>) -> impl Iterator<Item = Cell> {
+        let flies = move |&robot: &RobotId| Some(view.limits.class(robot.into())?.flies);
+        self.lost
+            .iter()
+            .filter(move |(robot, _)| flies(robot) == Some(view.class.flies))
+            .map(|(_, &cell)| cell)
     }
 
     /// Drops teammates that were silent for longer than `silence`, and disregards the plans of those that made no
@@ -128,6 +184,7 @@ impl Team {
         for (robot, place) in numbered {
             let Some(mate) = place else { continue };
             if now > mate.last_received + silence {
+                self.lost.extend(mate.place.map(|(_, cell)| (robot, cell)));
                 *place = None;
                 is_any_silent = true;
                 continue;
@@ -185,12 +242,14 @@ impl Team {
     }
 
     fn mate(&mut self, now: MissionTime, robot: RobotId) -> &mut Teammate {
+        self.lost.remove(&robot);
         if robot.index() >= self.mates.len() {
             self.mates.resize(robot.index() + 1, None);
         }
         let mate = self.mates[robot.index()].get_or_insert(Teammate {
             last_received: now,
             cell: None,
+            place: None,
             plan: None,
             last_progress: now,
             is_stalled: false,

@@ -173,12 +173,17 @@ pub enum State {
     Holding,
     /// It leaves a no-go zone.
     Leaving,
+    /// It makes way for its teammates.
+    GivingWay,
 }
 
 impl State {
     /// Whether it follows a plan.
     const fn is_under_way(self) -> bool {
-        matches!(self, Self::Searching | Self::Returning | Self::Recalled | Self::Sent | Self::Leaving)
+        matches!(
+            self,
+            Self::Searching | Self::Returning | Self::Recalled | Self::Sent | Self::Leaving | Self::GivingWay
+        )
     }
 }
 
@@ -496,6 +501,7 @@ impl View {
             Some(Activity::Sent) => State::Sent,
             Some(Activity::Holding) => State::Holding,
             Some(Activity::Leaving) => State::Leaving,
+            Some(Activity::GivingWay) => State::GivingWay,
         }
     }
 

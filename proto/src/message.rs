@@ -194,6 +194,8 @@ pub enum Activity {
     Holding,
     /// The operator has closed the cell that it is in: it leaves the no-go zone by the shortest way.
     Leaving,
+    /// It makes way for its teammates, and decides again where it is out of their way.
+    GivingWay,
 }
 
 impl Activity {
@@ -212,13 +214,14 @@ impl Activity {
             Self::Sent => "it goes where the operator sends it",
             Self::Holding => "it waits for the operator's next order",
             Self::Leaving => "it leaves a no-go zone",
+            Self::GivingWay => "it makes way for its teammates",
         }
     }
 
     /// Whether the robot follows a path.
     #[must_use]
     pub const fn is_under_way(self) -> bool {
-        matches!(self, Self::Searching | Self::Returning | Self::Sent | Self::Leaving)
+        matches!(self, Self::Searching | Self::Returning | Self::Sent | Self::Leaving | Self::GivingWay)
     }
 
     /// Whether the robot has ended its search; a paused, holding or waiting robot may continue.
@@ -232,7 +235,8 @@ impl Activity {
             | Self::Returning
             | Self::Sent
             | Self::Holding
-            | Self::Leaving => false,
+            | Self::Leaving
+            | Self::GivingWay => false,
         }
     }
 }

@@ -16,7 +16,7 @@ use xxhash_rust::xxh3::Xxh3;
 pub struct ScenarioDigest {
     /// Cells, their size, their ground, and where they are.
     pub map: u32,
-    /// Each robot's sensor and speed, and what hides cells.
+    /// Each robot's sensor and speed, what hides cells, and how far apart robots keep.
     pub robots: u32,
     /// The belief before the first observation.
     pub prior: u32,
@@ -79,7 +79,8 @@ fn robots(scenario: &Scenario) -> u32 {
     };
     let hidden = scenario.terrain().line_of_sight().radius();
     let radius = hidden.map_or(-1, i64::from);
-    digest(std::iter::once(radius).chain(scenario.robots().iter().flat_map(of_robot)))
+    let apart = Some(scenario.separation()).filter(|it| it.is_kept()).map(|it| i64::from(it.cells()));
+    digest(std::iter::once(radius).chain(scenario.robots().iter().flat_map(of_robot)).chain(apart))
 }
 
 fn prior(scenario: &Scenario) -> u32 {

@@ -77,6 +77,7 @@ fn activities() -> impl Strategy<Value = Activity> {
         Just(Activity::Sent),
         Just(Activity::Holding),
         Just(Activity::Leaving),
+        Just(Activity::GivingWay),
     ]
 }
 

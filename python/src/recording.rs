@@ -149,6 +149,7 @@ const fn activity(activity: Activity) -> &'static str {
         Activity::Sent => "sent",
         Activity::Holding => "holding",
         Activity::Leaving => "leaving",
+        Activity::GivingWay => "giving way",
     }
 }
 

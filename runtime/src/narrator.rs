@@ -249,6 +249,9 @@ impl Narrator {
                 return Some(format!("returning to its base at {}", self.places.cell(waypoint)));
             }
             Activity::Sent => return Some(format!("sent to {}", self.places.cell(waypoint))),
+            Activity::GivingWay => {
+                return Some(format!("making way for its teammates, to {}", self.places.cell(waypoint)));
+            }
             Activity::Leaving => {
                 return Some(format!("leaving a no-go zone, to {}", self.places.cell(waypoint)));
             }

@@ -223,6 +223,7 @@ impl<'a> WorldServer<'a> {
                     self.arrivals.remove(&robot);
                     self.has_missed |= !self.world.body(robot).is_moving() && self.observed.contains_key(&robot);
                     self.world.advance(robot);
+                    self.let_held_go(due);
                     // Readings are dated as if the clock were exact.
                     self.depart(due, robot);
                     self.observe(due, robot).await?;
@@ -285,6 +286,7 @@ impl<'a> WorldServer<'a> {
             {
                 self.robots.insert(robot);
                 self.world.set_route(robot, Vec::new());
+                self.let_held_go(self.clock.now());
                 self.observe(self.clock.now(), robot).await?;
             }
             Incoming::Message { .. }
@@ -350,7 +352,15 @@ impl<'a> WorldServer<'a> {
             (self.spectator)(now, StepContext::Departs { robot, route: route.clone(), activity: None });
         }
         self.world.set_route(robot, route);
+        self.let_held_go(now);
         self.depart(now, robot);
+    }
+
+    /// Robots that others kept from moving set off where their way is clear.
+    fn let_held_go(&mut self, now: MissionTime) {
+        for (robot, time) in self.world.set_off_held() {
+            self.arrivals.insert(robot, now + time);
+        }
     }
 
     /// Tells why a robot has stopped, once: of its plan alone only that it has.
@@ -362,7 +372,7 @@ impl<'a> WorldServer<'a> {
     }
 
     fn depart(&mut self, now: MissionTime, robot: RobotId) {
-        match self.world.travel_time(robot) {
+        match self.world.set_off(robot) {
             Some(time) => self.arrivals.insert(robot, now + time),
             None => self.arrivals.remove(&robot),
         };

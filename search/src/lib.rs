@@ -7,7 +7,7 @@
 //!    what follows from them;
 //! 3. [`utility`], [`utility_gain`], [`route`], [`reach`], [`intent`]: the value of an observation, a path and
 //!    a teammate's plan, and the cells out of reach;
-//! 4. [`situation`], [`policy`]: the decision;
+//! 4. [`situation`], [`policy`], [`separation`]: the decision, and how far apart robots keep;
 //! 5. [`measures`], [`detection`], [`sweep`], [`seed`]: how a search is measured and reproduced.
 //!
 //! The sensor is radially symmetric: the variance of a reading depends on the distance of its cell alone. [`sensor`]
@@ -35,6 +35,7 @@ pub mod reach;
 pub mod route;
 pub mod seed;
 pub mod sensor;
+pub mod separation;
 pub mod shape;
 pub mod situation;
 pub mod subjects;

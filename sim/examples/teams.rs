@@ -118,5 +118,6 @@ fn search(team: &Scenario, seed: u64, faults: Faults) -> Result<Episode, String>
     let rules = Rules { end: End::AllFound, coordinator: Membership::Absent };
     let mut robots = episode::team(team, seed, Agent::new);
     let mut participants = LocalParticipants::new(&mut robots, None);
-    episode::run_with_faults(team, seed, rules, faults, &mut participants).map_err(|error| error.to_string())
+    episode::run_with_faults(team, seed, rules, faults, &mut participants, &mut |_, _| ())
+        .map_err(|error| error.to_string())
 }

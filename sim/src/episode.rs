@@ -116,9 +116,9 @@ pub fn run_with_faults<C: Participants>(
     rules: Rules,
     faults: Faults,
     participants: &mut C,
+    spectator: StepObserver<'_>,
 ) -> Result<Episode, C::Error> {
-    let mut nobody = |_, _| ();
-    let simulation = Simulation::new(scenario, seed, rules, participants, &mut nobody).with_faults(faults);
+    let simulation = Simulation::new(scenario, seed, rules, participants, spectator).with_faults(faults);
     let (world, outcome) = simulation.run()?;
     Ok(Episode::new(world, outcome))
 }

@@ -411,7 +411,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
             SimEvent::Arrival { robot, route_number } => {
                 // A crash ends the route.
                 if self.world.body(robot).route_number == route_number {
-                    self.world.advance(robot);
+                    self.arrive(now, robot);
                     self.observe(now, robot)?;
                 }
             }
@@ -425,7 +425,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
                     self.tell(now, participant, Event::Woke)?;
                 }
             }
-            SimEvent::Crash { participant } => self.crash(participant),
+            SimEvent::Crash { participant } => self.crash(now, participant),
             SimEvent::Return { participant } => self.bring_back(now, participant)?,
             SimEvent::Command(command) => self.command(now, command)?,
         }
@@ -443,7 +443,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
     }
 
     /// A participant stops, and so does its robot.
-    fn crash(&mut self, participant: Participant) {
+    fn crash(&mut self, now: MissionTime, participant: Participant) {
         let place = self.place(participant);
         self.change(place, |member| member.is_up = false);
         let member = &mut self.members[place];
@@ -454,7 +454,14 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         }
         if let Participant::Robot(robot) = participant {
             self.world.set_route(robot, Vec::new());
+            self.let_held_go(now);
         }
+    }
+
+    /// A robot enters the next cell of its route, and leaves the way to others.
+    fn arrive(&mut self, now: MissionTime, robot: RobotId) {
+        self.world.advance(robot);
+        self.let_held_go(now);
     }
 
     /// A participant restarts; a robot observes from its cell.
@@ -486,7 +493,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         arrivals.retain(|&(robot, route_number)| self.world.body(robot).route_number == route_number);
         let (mut views, mut steps) = (Vec::new(), Vec::new());
         for (robot, _) in arrivals {
-            self.world.advance(robot);
+            self.arrive(now, robot);
             let (view, event) = self.look(robot);
             let participant = Participant::Robot(robot);
             steps.push((participant, now + self.faults.ahead(participant), event));
@@ -537,10 +544,21 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
 
     /// Schedules a robot's arrival in the next cell of its route.
     fn depart(&mut self, now: MissionTime, robot: RobotId) {
-        if let Some(time) = self.world.travel_time(robot) {
-            let route_number = self.world.body(robot).route_number;
-            let time = time.mul_f64(self.faults.slowness(robot));
-            self.queue.plan(now + time, SimEvent::Arrival { robot, route_number });
+        if let Some(time) = self.world.set_off(robot) {
+            self.travel(now, robot, time);
+        }
+    }
+
+    fn travel(&mut self, now: MissionTime, robot: RobotId, time: Duration) {
+        let route_number = self.world.body(robot).route_number;
+        let time = time.mul_f64(self.faults.slowness(robot));
+        self.queue.plan(now + time, SimEvent::Arrival { robot, route_number });
+    }
+
+    /// Robots that others kept from moving set off where their way is clear.
+    fn let_held_go(&mut self, now: MissionTime) {
+        for (robot, time) in self.world.set_off_held() {
+            self.travel(now, robot, time);
         }
     }
 
@@ -567,6 +585,7 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
                 StepContext::Departs { robot, route: route.clone(), activity: Some(effects.activity) },
             );
             self.world.set_route(robot, route);
+            self.let_held_go(now);
             self.depart(now, robot);
         }
     }

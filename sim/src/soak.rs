@@ -3,6 +3,7 @@
 //!
 //! An episode is a function of its seed alone, so that a failing seed is sufficient to reproduce the failure.
 
+mod bodies;
 mod check;
 mod disk;
 mod lie;
@@ -24,7 +25,8 @@ use crate::episode;
 use crate::faults::{Crash, Faults, Memory};
 use crate::network::Tally;
 use crate::participants::Participants;
-use crate::simulation::{End, Membership, Rules};
+use crate::simulation::{End, Membership, Rules, StepContext};
+use bodies::Bodies;
 use check::Checks;
 use disk::Disk;
 
@@ -132,8 +134,16 @@ pub fn run(
     let (scenario, faults) = plan(seed)?;
     let mut participants = CheckedTeam::new(&scenario, seed, &faults, coordinator);
     let rules = Rules { end: End::Resting, coordinator: Membership::Present };
-    let episode = episode::run_with_faults(&scenario, seed, rules, faults.clone(), &mut participants)?;
+    let mut bodies = Bodies::new(&scenario, &faults);
+    let mut spectator = |now, step| {
+        if let StepContext::Arrives { robot, cell, .. } = step {
+            bodies.is_in(now, robot, cell);
+        }
+    };
+    let episode =
+        episode::run_with_faults(&scenario, seed, rules, faults.clone(), &mut participants, &mut spectator)?;
     let outcome = episode.outcome;
+    bodies.check(outcome.ended)?;
     if !outcome.beliefs_equal {
         return Err(Violation::Unequal { at: outcome.ended, known: participants.checks.known() });
     }

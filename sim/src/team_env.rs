@@ -27,7 +27,8 @@ use idle::{IdleRobots, Still};
 /// One move of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Move {
-    /// Go to a cell that can be reached in one move.
+    /// Go to a cell that can be reached in one move. Where robots keep apart and another one is in the way, it is a
+    /// [`Move::Wait`].
     To(Cell),
     /// Wait without an observation; this costs as much of each budget as entering one cell.
     Wait,
@@ -127,8 +128,8 @@ impl TeamEnv {
         for (place, &wanted) in moves.iter().enumerate() {
             match wanted {
                 _ if self.termination_reasons[place] != TerminationReason::Searching => {}
-                Move::To(cell) => self.simulation.send_off(self.now, self.robot(place), cell),
-                Move::Wait => self.waited_cells[place] += 1.0,
+                Move::To(cell) if self.simulation.send_off(self.now, self.robot(place), cell) => {}
+                Move::To(_) | Move::Wait => self.waited_cells[place] += 1.0,
             }
         }
         let world = self.simulation.world();

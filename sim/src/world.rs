@@ -9,13 +9,14 @@ use dragnet_proto::zones::Zones;
 use dragnet_scenario::time::MissionTime;
 use dragnet_scenario::{Class, Objects, Scenario, Start};
 use dragnet_search::belief::Belief;
-use dragnet_search::cell::Cell;
+use dragnet_search::cell::{Cell, Grid};
 use dragnet_search::evidence::{CellEvidence, Reading};
 use dragnet_search::line_of_sight::LineOfSight;
 use dragnet_search::measures::{Score, Truth};
 use dragnet_search::observation::RobotId;
 use dragnet_search::reach::Reach;
 use dragnet_search::seed::{Purpose, Stream, stream};
+use dragnet_search::separation::{Separation, swept};
 use dragnet_search::subjects::{Standing, Subjects};
 use dragnet_search::terrain::Terrain;
 use rand::RngExt;
@@ -30,6 +31,9 @@ pub struct World {
     terrain: Terrain,
     truth: Truth,
     bodies: Vec<Body>,
+    separation: Separation,
+    /// Robots that cannot enter the next cell of their routes yet, because of others; who waits longest is first.
+    held: Vec<RobotId>,
     /// The belief from all readings of all robots.
     merged: Belief,
     /// That the number of objects is known, if so.
@@ -57,6 +61,8 @@ pub struct Body {
     start: Cell,
     /// Cells to enter, the next one last.
     route: Vec<Cell>,
+    /// Whether it is on its way to the next one.
+    is_under_way: bool,
     /// Number of its routes: an arrival of an older one is ignored.
     pub route_number: u64,
     /// Path length, in cells; a diagonal counts sqrt 2.
@@ -70,6 +76,14 @@ impl Body {
     #[must_use]
     pub const fn is_moving(&self) -> bool {
         !self.route.is_empty()
+    }
+
+    /// The cells that it is in: its own, and those of a move that it is making.
+    fn occupied(&self, grid: Grid) -> Vec<Cell> {
+        match self.route.last().filter(|_| self.is_under_way) {
+            Some(&next) => swept(grid, self.cell, next),
+            None => vec![self.cell],
+        }
     }
 }
 
@@ -86,6 +100,7 @@ impl World {
                 cell,
                 start: cell,
                 route: Vec::new(),
+                is_under_way: false,
                 route_number: 0,
                 path_cells: 0.0,
                 class: Arc::clone(&robot.class),
@@ -100,6 +115,8 @@ impl World {
             terrain: terrain.clone(),
             truth,
             bodies,
+            separation: scenario.separation(),
+            held: Vec::new(),
             merged,
             subjects: scenario.subjects(),
             reach,
@@ -195,20 +212,52 @@ impl World {
         self.path_cells().fold(0.0, f64::max)
     }
 
-    /// Sets a robot's route: cells to enter, in order.
+    /// Sets a robot's route: cells to enter, in order. Between two cells it turns around.
     pub fn set_route(&mut self, robot: RobotId, mut route: Vec<Cell>) {
         route.reverse();
         let body = self.body_mut(robot);
         body.route = route;
         body.route_number += 1;
+        body.is_under_way = false;
+        self.held.retain(|&held| held != robot);
     }
 
-    /// The time that a robot takes to its next cell; `None` where its route ends.
+    /// A robot sets off for the next cell of its route: the time that it takes. `None` where its route ends, and while robots
+    /// are to keep apart and another one is in its way; then it is held until [`World::set_off_held`] finds the way clear.
     #[must_use]
-    pub fn travel_time(&self, robot: RobotId) -> Option<Duration> {
+    pub fn set_off(&mut self, robot: RobotId) -> Option<Duration> {
         let body = self.body(robot);
         let next = *body.route.last()?;
-        Some(self.time_over(robot, self.distance_cells(body.cell, next)))
+        if !self.is_clear(robot, next) {
+            if !self.held.contains(&robot) {
+                self.held.push(robot);
+            }
+            return None;
+        }
+        let time = self.time_over(robot, self.distance_cells(body.cell, next));
+        self.body_mut(robot).is_under_way = true;
+        Some(time)
+    }
+
+    /// Robots that were held and now set off, with the times that they take; to be called whenever one has come to a cell, or
+    /// has a new route.
+    #[must_use]
+    pub fn set_off_held(&mut self) -> Vec<(RobotId, Duration)> {
+        let held = std::mem::take(&mut self.held);
+        held.into_iter().filter_map(|robot| Some((robot, self.set_off(robot)?))).collect()
+    }
+
+    /// Whether no other robot is nearer to a robot's move than robots are to be. What flies passes above the others.
+    fn is_clear(&self, robot: RobotId, next: Cell) -> bool {
+        if !self.separation.is_kept() {
+            return true;
+        }
+        let (grid, own) = (self.terrain.grid(), self.body(robot));
+        let swept = swept(grid, own.cell, next);
+        let others = self.bodies.iter().enumerate().filter(|&(place, _)| place != robot.index());
+        others
+            .filter(|(_, body)| body.class.flies == own.class.flies)
+            .all(|(_, body)| self.separation.are_apart(grid, &swept, &body.occupied(grid)))
     }
 
     /// A robot enters the next cell of its route.
@@ -218,6 +267,7 @@ impl World {
             let distance = self.distance_cells(body.cell, next);
             let body = self.body_mut(robot);
             body.route.pop();
+            body.is_under_way = false;
             body.cell = next;
             body.path_cells += distance;
         }
@@ -396,15 +446,12 @@ pub(crate) fn draw_starts(scenario: &Scenario, seed: u64) -> Vec<Cell> {
         let cells = &areas[area];
         cells[random.random_range(0..cells.len())]
     };
-    scenario
-        .robots()
-        .iter()
-        .map(|robot| match robot.start {
-            Start::Together { area } => any(area, None),
-            Start::Scattered => any(0, Some(robot.id)),
-            Start::Cell(cell) => cell,
-        })
-        .collect()
+    let drawn = scenario.robots().iter().map(|robot| match robot.start {
+        Start::Together { area } => any(area, None),
+        Start::Scattered => any(0, Some(robot.id)),
+        Start::Cell(cell) => cell,
+    });
+    scenario.apart(drawn.collect())
 }
 
 /// Cells that robots can observe, given their start cells.
@@ -471,11 +518,11 @@ mod tests {
                     sensor.radius = 1\nobjects.count = 1\nrobots.start = [0, 0]\nmission.budget_seconds = 60.0\n";
         let scenario = Scenario::from_text(Path::new("a.toml"), text.to_owned()).unwrap();
         let mut world = World::new(&scenario, 1);
-        assert_eq!(world.travel_time(RobotId::FIRST), None);
+        assert_eq!(world.set_off(RobotId::FIRST), None);
         world.set_route(RobotId::FIRST, scenario.terrain().grid().cells().skip(1).collect());
         for (speed, seconds) in [(2.0, 5.0), (5e-324, LONGEST_SECONDS)] {
             Arc::make_mut(&mut world.bodies[0].class).speed_meters_per_second = speed;
-            let time = world.travel_time(RobotId::FIRST);
+            let time = world.set_off(RobotId::FIRST);
             assert_eq!(time, Some(Duration::from_secs_f64(seconds)), "{speed}");
         }
     }

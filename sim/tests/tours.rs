@@ -30,7 +30,7 @@ fn search(team: &Scenario, seed: u64, end: End, faults: Faults) -> Episode {
     let mut robots = episode::team(team, seed, Agent::new);
     let mut participants = LocalParticipants::new(&mut robots, None);
     let rules = Rules { end, coordinator: Membership::Absent };
-    episode::run_with_faults(team, seed, rules, faults, &mut participants).unwrap()
+    episode::run_with_faults(team, seed, rules, faults, &mut participants, &mut |_, _| ()).unwrap()
 }
 
 /// Path length of the farthest robot until all was found, a mean over the searches that found all.

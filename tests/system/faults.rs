@@ -84,7 +84,8 @@ fn search(team: &Scenario, seed: u64, faults: Faults) -> Episode {
     let rules = Rules { end: End::AllFound, coordinator: Membership::Absent };
     let mut robots = episode::team(team, seed, Agent::new);
     let mut participants = LocalParticipants::new(&mut robots, None);
-    let episode = episode::run_with_faults(team, seed, rules, faults, &mut participants).unwrap();
+    let episode =
+        episode::run_with_faults(team, seed, rules, faults, &mut participants, &mut |_, _| ()).unwrap();
     assert!(episode.outcome.beliefs_equal, "seed {seed}");
     episode
 }

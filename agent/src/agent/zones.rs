@@ -35,9 +35,11 @@ impl Agent {
 
     /// Its vehicle has given up its route, since it could not enter these cells: it decides anew where it stands. Its own
     /// cell it has entered.
-    pub(super) fn bar(&mut self, now: MissionTime, cells: &[Cell]) {
-        for &cell in cells.iter().filter(|&&cell| self.cell != Some(cell)) {
-            self.barred.add(now, cell);
+    pub(super) fn bar(&mut self, now: MissionTime, cells: impl IntoIterator<Item = Cell>) {
+        for cell in cells {
+            if self.cell != Some(cell) {
+                self.barred.add(now, cell);
+            }
         }
         self.survey();
         self.plan.clear();
@@ -48,19 +50,21 @@ impl Agent {
         self.zones.of(cell) == Some(Zone::NoGo)
     }
 
-    /// The map, the zones, the barred cells or what is hidden have changed.
+    /// The map, the zones, the barred cells, the cells in which teammates stand or what is hidden have changed.
     pub(super) fn survey(&mut self) {
-        self.ground = Arc::clone(&self.config.terrain);
+        let mut ground = Arc::clone(&self.config.terrain);
         if let Some(line_of_sight) = &self.line_of_sight {
-            let terrain = Terrain::clone(&self.ground);
-            self.ground = Arc::new(terrain.with_line_of_sight(line_of_sight.clone()));
+            let terrain = Terrain::clone(&ground);
+            ground = Arc::new(terrain.with_line_of_sight(line_of_sight.clone()));
         }
         if !self.zones.is_empty() {
-            self.ground = Arc::new(self.zones.on(&self.ground));
+            ground = Arc::new(self.zones.on(&ground));
         }
         if !self.barred.is_empty() {
-            self.ground = Arc::new(self.barred.on(&self.ground));
+            ground = Arc::new(self.barred.on(&ground));
         }
+        self.ground = self.without_occupied(&ground);
+        self.open_ground = ground;
         self.home = self.base.filter(|_| self.home.is_some()).map(|base| self.home_to(base));
     }
 
@@ -72,11 +76,11 @@ impl Agent {
 
     /// A base, or of the cells in reach the nearest to it, as if no-go zones and barred cells were open.
     pub(super) fn haven(&self, base: Cell) -> Cell {
-        let Some(cell) = self.cell.filter(|_| !Arc::ptr_eq(&self.ground, &self.config.terrain)) else {
+        let Some(cell) = self.cell.filter(|_| !Arc::ptr_eq(&self.open_ground, &self.config.terrain)) else {
             return base;
         };
         let here = self.way_out(cell).last().copied().unwrap_or(cell);
-        let reached = ShortestPathTree::from(&self.ground, self.config.connectivity, here);
+        let reached = ShortestPathTree::from(&self.open_ground, self.config.connectivity, here);
         if here == base || reached.length(base).is_finite() {
             return base;
         }

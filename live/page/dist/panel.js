@@ -28,6 +28,7 @@ const SIGNS = {
     sent: "➤ goes, as ordered",
     holding: "◆ holds until ordered",
     leaving: "➤ leaves a no-go area",
+    giving_way: "➤ makes way for others",
 };
 export function showPanel(mission, goTo) {
     const frame = mission.frame;

@@ -81,7 +81,7 @@ export interface Frame {
   curve?: Point[];
 }
 
-export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning" | "recalled" | "sent" | "holding" | "leaving";
+export type State = "awaited" | "lost" | "searching" | "paused" | "cleared" | "spent" | "stuck" | "waiting" | "returning" | "recalled" | "sent" | "holding" | "leaving" | "giving_way";
 
 /** What the operator has made of a cell: 0 open, 1 skipped, 2 no-go. */
 export type Zone = 0 | 1 | 2;

@@ -31,6 +31,7 @@ const SIGNS: Record<RobotFrame["state"], string> = {
   sent: "➤ goes, as ordered",
   holding: "◆ holds until ordered",
   leaving: "➤ leaves a no-go area",
+  giving_way: "➤ makes way for others",
 };
 
 export function showPanel(mission: Mission, goTo: (cell: number) => void): void {

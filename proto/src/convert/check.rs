@@ -228,9 +228,10 @@ impl Check {
             8 => Ok(Activity::Sent),
             9 => Ok(Activity::Holding),
             10 => Ok(Activity::Leaving),
+            11 => Ok(Activity::GivingWay),
             _ => {
                 let allowed = "0 searching, 1 cleared, 2 spent, 3 stuck, 4 paused, 5 waiting, 6 returning, 7 recalled, \
-                               8 sent, 9 holding, 10 leaving";
+                               8 sent, 9 holding, 10 leaving, 11 giving way";
                 Err(ConvertError::Alternative { at: self.at("activity"), found, allowed })
             }
         }
@@ -271,6 +272,7 @@ pub(super) const fn activity_number(activity: Activity) -> u8 {
         Activity::Sent => 8,
         Activity::Holding => 9,
         Activity::Leaving => 10,
+        Activity::GivingWay => 11,
     }
 }
 

@@ -205,7 +205,7 @@ fn a_heartbeat_out_of_range_is_rejected_by_field() {
             &format!("dragnet_msgs/msg/Heartbeat .. {expected}"),
         );
     };
-    check(|wire| wire.activity = 11, "activity .. 11 .. 0 searching .. 10 leaving");
+    check(|wire| wire.activity = 12, "activity .. 12 .. 0 searching .. 11 giving way");
     check(|wire| wire.directive.order = 4, "directive.order .. 4 .. 0 search, 1 pause, 2 return, 3 end");
     check(|wire| wire.path_meters = f64::INFINITY, "path_meters .. inf .. from 0");
     check(|wire| wire.intent.robot = 8, "intent.robot .. 8 .. 7");

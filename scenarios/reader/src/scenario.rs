@@ -16,6 +16,7 @@ mod policy_text;
 mod prior;
 mod robots;
 mod schema;
+mod separation;
 mod start;
 mod warning;
 mod world;
@@ -28,8 +29,10 @@ use std::time::Duration;
 use dragnet_files::text_of;
 use dragnet_learn::policy::Shipped;
 use dragnet_search::belief::Belief;
+use dragnet_search::cell::Cell;
 use dragnet_search::route::Connectivity;
 use dragnet_search::sensor::Sensor;
+use dragnet_search::separation::Separation;
 use dragnet_search::subjects::Subjects;
 use dragnet_search::terrain::Terrain;
 
@@ -71,6 +74,7 @@ pub struct Scenario {
     objects: Objects,
     object_weights: Option<Vec<f64>>,
     robots: Vec<Robot>,
+    separation: Separation,
     mission: Mission,
     network: Network,
     recording: Recording,
@@ -201,7 +205,8 @@ impl Scenario {
             }
         }
         let map = world::with_line_of_sight(map, &file.sensor, &classes)?;
-        let robots = robots::robots(&file.robots, &classes, source.folder(), &map)?;
+        let mut robots = robots::robots(&file.robots, &classes, source.folder(), &map)?;
+        let separation = separation::separation(file.robots.separation_meters, &mut robots, &map.terrain)?;
         let network = Network::new(&file.network, u16::try_from(robots.len()).unwrap_or(u16::MAX))?;
         mission.stagger = mission.stagger.max(network.plan_time());
         Ok(Self {
@@ -213,6 +218,7 @@ impl Scenario {
             mission,
             network,
             robots,
+            separation,
             recording,
             zenoh_config: zenoh_config(file.zenoh.config.as_deref(), source.folder())?,
             source,
@@ -463,6 +469,19 @@ impl Scenario {
     #[must_use]
     pub fn robots(&self) -> &[Robot] {
         &self.robots
+    }
+
+    /// How far apart robots keep.
+    #[must_use]
+    pub const fn separation(&self) -> Separation {
+        self.separation
+    }
+
+    /// The cells in which the robots start, by number, if these are drawn for them: where robots keep apart, each the nearest one
+    /// that is apart from the others.
+    #[must_use]
+    pub fn apart(&self, drawn: Vec<Cell>) -> Vec<Cell> {
+        separation::placed(self.separation, &self.robots, self.terrain(), drawn)
     }
 
     /// Budget, detection threshold and communication.

@@ -19,10 +19,16 @@ impl<C: Participants, S: FnMut(MissionTime, StepContext)> Simulation<C, S> {
         self.start()
     }
 
-    /// Sends a robot to a neighboring cell; it observes when it arrives.
-    pub(crate) fn send_off(&mut self, now: MissionTime, robot: RobotId, to: Cell) {
+    /// Sends a robot to a neighboring cell; it observes when it arrives. If robots keep apart and another one is in its way, it
+    /// stays where it is: returns whether it goes.
+    pub(crate) fn send_off(&mut self, now: MissionTime, robot: RobotId, to: Cell) -> bool {
         self.world.set_route(robot, vec![to]);
-        self.depart(now, robot);
+        let time = self.world.set_off(robot);
+        match time {
+            Some(time) => self.travel(now, robot, time),
+            None => self.world.set_route(robot, Vec::new()),
+        }
+        time.is_some()
     }
 
     /// Runs all events that are due until a time, and then until no robot moves. Returns the time reached.

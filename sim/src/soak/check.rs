@@ -26,6 +26,9 @@ use crate::faults::{Crash, Faults, Memory};
 /// Below this probability a declaration may be withdrawn.
 const WITHDRAWN_BELOW: f64 = 0.5;
 
+/// Steps for which others may hold a robot: it gives several ways up, one after the other.
+const HELD_STEPS: u32 = 12;
+
 type Name = (Origin, u64);
 
 /// The expected state of all participants, computed independently of them.
@@ -72,13 +75,20 @@ impl<'a> Checks<'a> {
         let speeds = scenario.robots().iter().map(|robot| robot.class.speed_meters_per_second);
         let step = std::f64::consts::SQRT_2 * terrain.cell_meters() / speeds.fold(f64::INFINITY, f64::min);
         let team = u32::try_from(scenario.robots().len()).unwrap_or(u32::MAX);
+        // It gives a way up that others do not clear in time, and may find the next one closed too.
+        let held = if scenario.separation().is_kept() {
+            Duration::from_secs_f64(step) * HELD_STEPS
+        } else {
+            Duration::ZERO
+        };
         let has_zones = faults.commands.iter().any(|(_, command)| matches!(command, Command::Zone(..)));
         Self {
             scenario,
             has_zones,
             patience: Duration::from_secs_f64(step * slowest)
                 + mission.stagger * team
-                + 2 * mission.heartbeat,
+                + 2 * mission.heartbeat
+                + held,
             slowest,
             may_come_late: has_zones
                 || scenario.mission().return_reserve.is_some()
@@ -337,7 +347,10 @@ impl<'a> Checks<'a> {
         };
         // A robot that restarts late rests at once, or drives home first: as far as it had come, in the time that it takes.
         let way_home = if self.may_come_late { budget.mul_f64(self.slowest) } else { Duration::ZERO };
-        let most = MissionTime::START + budget + way_home + self.patience + Duration::from_secs(200);
+        // Others may make it a longer one.
+        let detours = if self.scenario.separation().is_kept() { way_home } else { Duration::ZERO };
+        let most =
+            MissionTime::START + budget + way_home + detours + self.patience + Duration::from_secs(200);
         if ended > most {
             let participant = Participant::Coordinator;
             let what = format!("the mission was to end by {:.0} s", most.as_seconds());
@@ -347,10 +360,12 @@ impl<'a> Checks<'a> {
     }
 }
 
-/// Robots that are to return to their bases, which stay open, neither break down nor forget them, and are not held by the operator.
+/// Robots that are to return to their bases, which stay open, neither break down nor forget them, and are not held by the operator
+/// or by others who rest in their way.
 fn returning(scenario: &Scenario, faults: &Faults) -> Vec<RobotId> {
     let is_closed = |command: &Command| matches!(command, Command::Zone(Zone::NoGo, _));
-    if scenario.mission().return_reserve.is_none() || faults.commands.iter().any(|(_, it)| is_closed(it)) {
+    let may_be_shut = scenario.separation().is_kept() || faults.commands.iter().any(|(_, it)| is_closed(it));
+    if scenario.mission().return_reserve.is_none() || may_be_shut {
         return Vec::new();
     }
     let returns = |robot: &RobotId| {

@@ -39,7 +39,10 @@ pub fn plan(seed: u64) -> Result<(Scenario, Faults), ScenarioError> {
     let (robots, budget) = (random.random_range(ROBOTS), random.random_range(BUDGET));
     let mut text = scenario(&mut random, seed, (robots, budget));
     text.push_str(&unlike_robot(seed, robots));
-    let scenario = Scenario::from_text(Path::new(&format!("soak-{seed}.toml")), text)?;
+    let scenario = |text| Scenario::from_text(Path::new(&format!("soak-{seed}.toml")), text);
+    let apart = format!("robots.separation_meters = {:?}\n", separation(seed));
+    // On few cells not all robots find room.
+    let scenario = scenario(apart + &text).or_else(|_| scenario(text))?;
     let mut draw = Draw { random: &mut random, robots, budget: Duration::from_secs(budget) };
     let mut faults = draw.faults();
     faults.commands = draw.commands(scenario.terrain().grid());
@@ -94,6 +97,12 @@ fn scenario(random: &mut Stream, seed: u64, (robots, budget): (u16, u64)) -> Str
         );
     }
     text
+}
+
+/// In every third search robots keep apart, by one cell or by two.
+fn separation(seed: u64) -> f64 {
+    let mut random = stream(seed, Purpose::Soak, 7);
+    if random.random_ratio(1, 3) { random.random_range(1.0..60.0) } else { 0.0 }
 }
 
 /// In every second search one robot is of another class.

@@ -82,6 +82,7 @@ impl Narrator {
                     Some(Activity::Returning) => "returns to its base at",
                     Some(Activity::Sent) => "is sent to",
                     Some(Activity::Leaving) => "leaves a no-go zone, to",
+                    Some(Activity::GivingWay) => "makes way for its teammates, to",
                     _ => "goes to",
                 };
                 format!("{goes} {}, {}", self.places.cell(waypoint), counted(route.len(), "cell"))

@@ -228,6 +228,11 @@ pub struct RobotsTable {
     /// proportion to their cells; else `random`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartField>,
+    /// How far apart the centers of two robots stay at least, meters, 0 to 1000000, in whole cells; robots that fly keep apart
+    /// from each other alone. Default: 0, several may be in one cell.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 1_000_000.0))]
+    pub separation_meters: f64,
     /// Robots that differ from the rest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub robot: Vec<RobotTable>,
@@ -495,6 +500,7 @@ impl Default for RobotsTable {
             policy: PolicyField::Name(Exact::Path.as_str().to_owned()),
             class: None,
             start: None,
+            separation_meters: 0.0,
             robot: Vec::new(),
         }
     }
@@ -531,6 +537,11 @@ const BUDGET_RESERVE: f64 = 0.1;
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
 fn is_default_reserve(reserve: &f64) -> bool {
     reserve.total_cmp(&BUDGET_RESERVE).is_eq()
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_zero(number: &f64) -> bool {
+    number.total_cmp(&0.0).is_eq()
 }
 
 const fn default_cell_meters() -> f64 {

@@ -588,6 +588,37 @@ fn check_warnings(scenario: &Scenario, expected: &[&str]) {
 }
 
 #[test]
+fn robots_that_keep_apart_start_apart_or_find_no_room() {
+    let robots = |robots: &str| load(&format!("{SMALL}[robots]\n{robots}\n"));
+    let starts = |text: &str| {
+        let scenario = robots(text).unwrap();
+        let number = |robot: &Robot| match robot.start {
+            Start::Cell(cell) => Some(cell.number()),
+            _ => None,
+        };
+        scenario.robots().iter().map(number).collect::<Vec<_>>()
+    };
+    assert_eq!(starts("count = 3\nstart = [0, 0]"), [Some(0); 3]);
+    assert_eq!(starts("count = 3\nstart = [0, 0]\nseparation_meters = 30.0"), [0, 1, 4].map(Some));
+    assert_eq!(starts("count = 2\nstart = [0, 0]\nseparation_meters = 31.0"), [0, 2].map(Some));
+    let drawn = robots("count = 4\nstart = 'random'\nseparation_meters = 30.0").unwrap();
+    let cells: Vec<Cell> = drawn.terrain().grid().cells().collect();
+    assert_eq!(drawn.apart(vec![cells[0]; 4]), [0, 1, 4, 2].map(|place| cells[place]));
+    for (text, found) in [
+        ("count = 7\nseparation_meters = 30.0", "30.0 meters for 7 robots"),
+        ("count = 3\nstart = [0, 0]\nseparation_meters = 31.0", "31.0 meters for 3 robots"),
+        ("separation_meters = -1.0", "-1"),
+        ("separation_meters = nan", "NaN"),
+    ] {
+        let error = robots(text).unwrap_err();
+        assert_mentions(
+            &error,
+            &format!("a.toml, line .. robots.separation_meters is .. {found} .. allowed is"),
+        );
+    }
+}
+
+#[test]
 fn cells_out_of_reach_and_areas_apart_are_warned_of() {
     let check = |drawing: &str, robots: &str, expected: &[&str]| {
         let scenario = load_with(&format!("{SMALL}[robots]\n{robots}"), drawing).unwrap();
