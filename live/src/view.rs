@@ -161,7 +161,7 @@ pub enum State {
     Spent,
     /// No cell can be reached.
     Stuck,
-    /// Its teammates plan to observe all that is left.
+    /// Its teammates are to observe all that is left, or to pass first.
     Waiting,
     /// It drives to its base.
     Returning,

@@ -182,7 +182,7 @@ pub enum Activity {
     Stuck,
     /// The operator has paused the search.
     Paused,
-    /// Its teammates plan to observe all that is left: it waits for their observations.
+    /// Its teammates plan to observe all that is left, or are to pass first where robots keep apart: it waits for them.
     Waiting,
     /// Its search is over, or its budget leaves no more than the way home: it drives to its base.
     Returning,
@@ -208,7 +208,7 @@ impl Activity {
             Self::Spent => "its budget or battery leaves no further step",
             Self::Stuck => "no cell can be reached",
             Self::Paused => "the operator has paused it",
-            Self::Waiting => "its teammates plan to observe all that is left",
+            Self::Waiting => "its teammates are to observe all that is left, or to pass first",
             Self::Returning => "it returns to its base",
             Self::Recalled => "the operator has called it back",
             Self::Sent => "it goes where the operator sends it",

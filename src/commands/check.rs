@@ -219,7 +219,10 @@ fn claims(claims: &Claims) -> Vec<String> {
 
 fn robots(scenario: &Scenario) -> String {
     let robots = counted(scenario.robots().len(), "robot");
-    let policies = scenario::policies(scenario);
+    let separation = scenario.separation();
+    let apart = f64::from(separation.cells()) * scenario.terrain().cell_meters();
+    let apart = if separation.is_kept() { format!(", at least {apart} m apart") } else { String::new() };
+    let policies = scenario::policies(scenario) + &apart;
     if let Some(class) = scenario.only_class().filter(|class| class.name.is_none()) {
         return format!("{robots} ({policies}), sight {} m", sight_meters(scenario, class));
     }

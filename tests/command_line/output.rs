@@ -86,6 +86,11 @@ fn a_check_sums_up_each_scenario() {
                     2 robots (path), sight 150 m; budget 1800 m, 60 cells";
     assert_eq!(text.lines().next(), Some(expected));
     assert_eq!(text.lines().nth(1), Some("  start: in a cell drawn by the seed"));
+    let small = fs::read_to_string(place.path("small.toml")).unwrap();
+    fs::write(place.path("apart.toml"), small.replace("[robots]\n", "[robots]\nseparation_meters = 12.5\n"))
+        .unwrap();
+    let apart = place.succeed(&["check", "apart.toml"]);
+    assert!(apart.contains("2 robots (path, at least 30 m apart), sight 150 m"), "{apart}");
     assert_eq!(text.lines().filter(|line| line.contains(": ok: ")).count(), 2, "{text}");
 }
 

@@ -148,7 +148,10 @@ mod tests {
         assert_eq!(told(Some(Activity::Cleared)), "rests: too little is left for it to find");
         assert_eq!(told(Some(Activity::Paused)), "pauses: the operator has paused it");
         assert_eq!(told(Some(Activity::Holding)), "holds: it waits for the operator's next order");
-        assert_eq!(told(Some(Activity::Waiting)), "waits: its teammates plan to observe all that is left");
+        assert_eq!(
+            told(Some(Activity::Waiting)),
+            "waits: its teammates are to observe all that is left, or to pass first"
+        );
         assert_eq!(told(None), "stays");
     }
 }
