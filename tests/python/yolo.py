@@ -2,11 +2,11 @@
 
 Usage: yolo.py FOLDER. Into the folder come
 
-- `random.torchscript`, YOLO11n with weights that are drawn, `random.png`, an image for it, and for each resolution what
+- `random.torchscript` and `random.onnx`, YOLO11n with weights that are drawn, `random.png`, an image for it, and for each resolution what
   ultralytics prepares of it (`full.pixels`, 8 bits, rows, columns, red green blue) and what the network says
   (`full.output`, 32-bit floats);
-- `figures.torchscript`, a small YOLO11 that is trained here to find painted figures and barrels, `figures.ppm`, an image
-  of a camera's size with some of them, and `gray.png`, the same smaller and without color;
+- `figures.torchscript` and `figures.onnx`, a small YOLO11 that is trained here to find painted figures and barrels, and
+  `figures.ppm`, an image of a camera's size with some of them;
 - `expected.json`: what ultralytics finds in them, and where the figures were painted.
 
 Weights and images are drawn from fixed seeds. ultralytics is under the AGPL: it is used here, in tests, and nowhere else.
@@ -33,12 +33,16 @@ from ultralytics.nn.tasks import DetectionModel  # noqa: E402
 from ultralytics.utils.nms import non_max_suppression  # noqa: E402
 from ultralytics.utils.ops import scale_boxes  # noqa: E402
 
+import onnx_file  # noqa: E402
+import painting  # noqa: E402
+from painting import field, paint, place, texture  # noqa: E402
+
 # Rows and columns of inputs. None is a square, so that whoever confuses the two is found out.
 RANDOM_INPUT = (256, 320)
 FIGURES_INPUT = (128, 160)
 # The camera of the paper.
 CAMERA_ROWS, CAMERA_COLUMNS = 3032, 5320
-NAMES = {0: "person", 1: "barrel"}
+NAMES = {kind: painting.NAMES[kind] for kind in (0, 1)}
 STEPS, BATCH = 200, 8
 
 
@@ -67,19 +71,13 @@ def found(output, network_input, image, **settings):
 
 
 def exported(model, network_input, name):
-    """As people export theirs, so that the file says what ultralytics says of a module."""
+    """As people export theirs, so that the file says what ultralytics says of a module; and the same as an ONNX file."""
     file = model.export(format="torchscript", imgsz=network_input, device="cpu")
     Path(file).rename(FOLDER / f"{name}.torchscript")
-    return torch.jit.load(FOLDER / f"{name}.torchscript")
-
-
-def texture(random, rows, columns):
-    """Large, middle and small blots."""
-    image = numpy.zeros((rows, columns, 3), numpy.float32)
-    for parts, strength in [(4, 70), (20, 25), (90, 15)]:
-        blots = random.uniform(-1, 1, (parts, parts, 3)).astype(numpy.float32)
-        image += strength * cv2.resize(blots, (columns, rows), interpolation=cv2.INTER_CUBIC)
-    return image
+    module = torch.jit.load(FOLDER / f"{name}.torchscript")
+    about = {"task": "detect", "imgsz": list(network_input), "names": model.names}
+    onnx_file.write(FOLDER / f"{name}.onnx", module, *network_input, about)
+    return module
 
 
 def spread(layer, values, mean, deviation):
@@ -132,37 +130,6 @@ def random_case(expected):
             "shape": list(output.shape),
             "cases": [case | {"boxes": found(output, RANDOM_INPUT, seen, **case)} for case in settings],
         }
-
-
-def paint(image, kind, left, top, right, bottom):
-    width, height = right - left, bottom - top
-
-    def box(color, from_left, from_top, to_right, to_bottom):
-        corners = (left + width * from_left, top + height * from_top), (left + width * to_right, top + height * to_bottom)
-        (a, b), (c, d) = [(round(x), round(y)) for x, y in corners]
-        image[b:d, a:c] = color
-
-    if NAMES[kind] == "person":
-        radius = 0.16 * height
-        center = round(left + width / 2), round(top + radius)
-        cv2.circle(image, center, round(radius), (205, 160, 130), -1)
-        box((230, 95, 20), 0, 0.32, 1, 0.66)
-        box((40, 45, 80), 0.1, 0.66, 0.4, 1)
-        box((40, 45, 80), 0.6, 0.66, 0.9, 1)
-    else:
-        box((30, 70, 190), 0, 0, 1, 1)
-        box((15, 35, 95), 0, 0.2, 1, 0.3)
-        box((15, 35, 95), 0, 0.7, 1, 0.8)
-
-
-def field(random, rows, columns):
-    color = numpy.array(random.uniform([60, 70, 35], [140, 140, 100]), numpy.float32)
-    return numpy.clip(0.5 * texture(random, rows, columns) + color, 0, 255).astype(numpy.uint8)
-
-
-def place(kind, left, top, height):
-    """Class, left, top, right and lower edge."""
-    return kind, left, top, left + height * (0.5 if NAMES[kind] == "person" else 0.75), top + height
 
 
 def scene(random, rows, columns):
