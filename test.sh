@@ -49,4 +49,4 @@ CARGO=tests/python/cargo VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --mani
 
 # Many tests wait for networks, browsers and processes: two for each core keep it busy.
 export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc)))}
-cargo test --workspace --features train,detector "$@"
+cargo test --workspace --features train,detector,onnx "$@"

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds `dragnet` for robots: one file that needs nothing of the machine that it runs on, and so without libtorch.
+# Builds `dragnet` for robots: one file that needs nothing of the machine that it runs on, and so without libtorch. A detector
+# reads ONNX files.
 #
 #   deploy/build.sh [x86_64|aarch64 ...]     # both, if none is named
 set -euo pipefail
@@ -16,7 +17,7 @@ done
 deploy/toolchain.sh
 triples=("${@/%/-unknown-linux-musl}")
 # In one go: while one program is linked, the other is still compiled.
-PATH=$PWD/target/zig/bin:$PATH cargo zigbuild --locked --profile deploy --target-dir target \
+PATH=$PWD/target/zig/bin:$PATH cargo zigbuild --locked --profile deploy --features onnx --target-dir target \
     "${triples[@]/#/--target=}"
 for machine in "$@"; do
     program=target/$machine-unknown-linux-musl/deploy/dragnet

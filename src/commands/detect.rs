@@ -1,14 +1,14 @@
 //! `dragnet detect`: runs a detector on images.
 
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 mod camera;
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 mod drawing;
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 mod photo;
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 mod report;
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 mod session;
 
 use std::path::PathBuf;
@@ -18,19 +18,20 @@ use super::Failure;
 
 /// Run a detector on images.
 ///
-/// Runs a YOLO network (a TorchScript module from `yolo export format=torchscript`) on images exactly as a robot does,
-/// and prints its detections: class, confidence, box edges in pixels and, for a known camera, the bearing of the box's
-/// center. The field guide lists the supported modules. A module is a program: run only modules from trusted sources.
+/// Runs a YOLO network (an ONNX file or a TorchScript module, from `yolo export`) on images exactly as a robot does, and
+/// prints its detections: class, confidence, box edges in pixels and, for a known camera, the bearing of the box's
+/// center. The field guide lists the supported networks. A TorchScript module is a program: run only modules from trusted
+/// sources.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  dragnet detect --module best.torchscript yard.jpg --save found.png
+  dragnet detect --module best.onnx yard.jpg --save found.png
   dragnet detect --module best.torchscript images/*.png --classes person,0 --camera wide.toml --csv boxes.csv")]
 pub(crate) struct Arguments {
     /// Image files (JPEG, PNG, PPM)
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
-    /// The network, a TorchScript module
+    /// The network: an ONNX file, whose name ends in `.onnx`, or a TorchScript module
     #[arg(long, value_name = "FILE")]
     module: PathBuf,
     /// Detect only these classes, separated by commas, each a name or a number from 0 [default: all classes]
@@ -50,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = Resolution::Half)]
     resolution: Resolution,
     /// Input size of the network, pixels: columns and rows, such as 640x384, or N for a square [default: the size in
-    /// the module's file]
+    /// the network's file]
     #[arg(long, value_name = "N | CxR")]
     input: Option<Input>,
     /// File with a camera's table (TOML), to compute bearings
@@ -66,10 +67,10 @@ pub(crate) struct Arguments {
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Number of libtorch's threads on the CPU, 1 to 1024; the last bits of confidences and edges depend on it
+    /// Number of the network's threads on the CPU, 1 to 1024; the last bits of confidences and edges depend on it
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: u16,
-    /// Use the CPU even if libtorch finds a GPU
+    /// Use the CPU even if libtorch finds a GPU, as it may for a TorchScript module
     #[arg(long)]
     cpu: bool,
 }
@@ -82,7 +83,7 @@ enum Resolution {
 
 /// The input size of a network, pixels.
 #[derive(Clone, Copy)]
-#[cfg_attr(not(feature = "detector"), expect(dead_code, reason = "nothing is detected"))]
+#[cfg_attr(not(feature = "eyes"), expect(dead_code, reason = "nothing is detected"))]
 struct Input {
     columns: u32,
     rows: u32,
@@ -103,12 +104,12 @@ impl FromStr for Input {
     }
 }
 
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     session::run(arguments)
 }
 
-#[cfg(not(feature = "detector"))]
+#[cfg(not(feature = "eyes"))]
 pub(super) fn execute(_: &Arguments) -> Result<(), Failure> {
     Err(Failure::Input(super::eyes::ABSENT.to_owned()))
 }

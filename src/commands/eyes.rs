@@ -1,15 +1,15 @@
 //! A detector from its settings, for `dragnet detect` and for a robot's cameras.
 
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 mod network;
 
 use dragnet_runtime::vehicle::detector::{Detector, Settings};
 
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 pub(super) use network::YoloDetector;
 
 /// The detector of a robot's settings.
-#[cfg(feature = "detector")]
+#[cfg(feature = "eyes")]
 pub(super) fn make(settings: &Settings) -> Result<Box<dyn Detector>, String> {
     match YoloDetector::open(settings) {
         Ok(eyes) => Ok(Box::new(eyes)),
@@ -17,13 +17,14 @@ pub(super) fn make(settings: &Settings) -> Result<Box<dyn Detector>, String> {
     }
 }
 
-/// There is no detector without libtorch.
-#[cfg(not(feature = "detector"))]
+/// There is no detector without a runtime for networks.
+#[cfg(not(feature = "eyes"))]
 pub(super) fn make(_: &Settings) -> Result<Box<dyn Detector>, String> {
     Err(ABSENT.to_owned())
 }
 
 /// The message of a program without a detector.
-#[cfg(not(feature = "detector"))]
-pub(super) const ABSENT: &str = "this program was built without the detector, which needs libtorch: build it from a checkout with \
-                          `train/libtorch.sh && cargo build --release --features detector`";
+#[cfg(not(feature = "eyes"))]
+pub(super) const ABSENT: &str = "this program was built without a detector: build it from a checkout with `cargo build --release \
+                          --features onnx` for ONNX networks, or with `train/libtorch.sh && cargo build --release --features \
+                          detector` for TorchScript modules";

@@ -1,13 +1,42 @@
-//! `dragnet detect`: from a module and images to boxes.
+//! `dragnet detect`: from a network and images to boxes.
 
-#[cfg(not(feature = "detector"))]
+#[cfg(not(feature = "eyes"))]
 #[test]
-fn without_libtorch_the_error_explains_how_to_get_the_detector() {
-    super::Place::new().refuse(&["detect", "--module", "a", "b.png"], &["--features detector"]);
+fn without_a_detector_the_error_explains_how_to_get_one() {
+    let said = ["--features onnx", "--features detector"];
+    super::Place::new().refuse(&["detect", "--module", "a", "b.png"], &said);
 }
 
-#[cfg(feature = "detector")]
-mod with_libtorch {
+/// As in programs for robots.
+#[cfg(all(feature = "eyes", not(feature = "detector")))]
+#[test]
+fn without_libtorch_the_error_explains_how_to_read_modules() {
+    let place = super::Place::new();
+    let said = ["small.toml: a TorchScript module", "built without", "--features detector"];
+    place.refuse(&["detect", "--module", "small.toml", "b.png"], &said);
+}
+
+/// What a fresh checkout can do: its own network on its own picture.
+#[cfg(feature = "onnx")]
+#[test]
+fn the_example_network_finds_what_is_painted_in_the_example_picture() {
+    let place = super::Place::new();
+    let example =
+        |name: &str| super::root().join("vehicle/detector/example").join(name).display().to_string();
+    let (network, picture) = (example("figures.onnx"), example("field.jpg"));
+    let report = place.json(&["detect", "--module", &network, &picture, "--json"]);
+    let mut names: Vec<&str> = report["images"][0]["boxes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|found| found["name"].as_str().unwrap())
+        .collect();
+    names.sort_unstable();
+    assert_eq!(names, ["barrel", "person", "person", "post"], "{report}");
+}
+
+#[cfg(all(feature = "detector", feature = "onnx"))]
+mod with_networks {
     use std::fs;
     use std::process::Command;
 
@@ -37,8 +66,14 @@ mod with_libtorch {
 
     #[test]
     fn boxes_are_printed_tabulated_and_drawn() {
+        for module in ["red.torchscript", "red.onnx"] {
+            check_printed(module);
+        }
+    }
+
+    fn check_printed(module: &str) {
         let place = place();
-        let detect = ["detect", "--module", "red.torchscript", "red.png"];
+        let detect = ["detect", "--module", module, "red.png"];
         let files = ["--camera", "camera.toml", "--csv", "boxes.csv", "--save", "found.png"];
         let reported = place.succeed(&[&detect as &[&str], &files].concat());
         // The box's center is 26 columns left of the image's, of which 96 are 45 degrees.
@@ -94,6 +129,13 @@ mod with_libtorch {
         };
         refuse("absent", &["red.png"], &["absent", "cannot read it"]);
         refuse("small.toml", &["red.png"], &["small.toml", "not a TorchScript module"]);
+        fs::copy(place.path("small.toml"), place.path("small.onnx")).unwrap();
+        refuse("small.onnx", &["red.png"], &["small.onnx", "not an ONNX network", "damaged"]);
+        refuse(
+            "red.onnx",
+            &["red.png", "--input", "96x96"],
+            &["red.onnx", "an input of 96 x 96", "fixed, 96 x 64"],
+        );
         refuse("silent.torchscript", &["red.png"], &["the size of its input", "by --input"]);
         refuse("silent.torchscript", &["red.png", "--input", "9x"], &["--input", "such as 640x384"]);
         refuse("flat.torchscript", &["red.png"], &["flat.torchscript", "shape [6, 40]"]);
@@ -113,6 +155,6 @@ mod with_libtorch {
         // A module that fails on an image is not a mistake in the command line.
         let failed = place.dragnet(&["detect", "--module", "raises.torchscript", "red.png"]);
         assert_eq!(failed.status.code(), Some(1));
-        assert!(crate::stderr(&failed).contains("red.png: the module failed"), "{}", crate::stderr(&failed));
+        assert!(crate::stderr(&failed).contains("red.png: the network failed"), "{}", crate::stderr(&failed));
     }
 }

@@ -21,8 +21,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 OBJECT = (70.0, 70.0)
 WAY = [(10.0, 10.0), (70.0, 10.0), (70.0, 50.0), (10.0, 50.0), (10.0, 70.0), (66.0, 70.0)]
 METERS_PER_SECOND, HERTZ = 10.0, 20
-# Every so many places the cameras look.
-PLACES_PER_LOOK = 2
+# Every so many places the cameras look; with images less often, since a network then looks at each.
+PLACES_PER_LOOK, PLACES_PER_IMAGE = 2, 8
 SILENT_SECONDS = (4.0, 7.0)
 START_NS = 1_700_000_000_000_000_000
 COLUMNS, ROWS = 192, 128
@@ -180,13 +180,14 @@ def main():
 
         if has_tf:
             say("/tf_static", START_NS, messages.mounting(START_NS))
+        places_per_look = PLACES_PER_IMAGE if has_images else PLACES_PER_LOOK
         for seconds, x, y, heading in drive():
             time_ns = START_NS + round(seconds * 1e9)
             if has_tf and not SILENT_SECONDS[0] <= seconds < SILENT_SECONDS[1]:
                 say("/tf", time_ns, messages.place(time_ns, x, y, heading))
             elif not has_tf and not SILENT_SECONDS[0] <= seconds < SILENT_SECONDS[1]:
                 say("/odom", time_ns, messages.odometry(time_ns, x, y, heading))
-            for number, yaw in enumerate(YAWS) if round(seconds * HERTZ) % PLACES_PER_LOOK == 0 else []:
+            for number, yaw in enumerate(YAWS) if round(seconds * HERTZ) % places_per_look == 0 else []:
                 seen = column(x, y, heading, yaw)
                 stamp_ns = [time_ns, time_ns - 20 * 10**9, START_NS + 10**9][number] if has_bad_stamps else time_ns
                 if has_tf:

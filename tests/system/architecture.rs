@@ -118,7 +118,7 @@ const ARROWS: [(&str, &[&str]); 24] = [
 ];
 
 /// Crates that only the edges may use.
-const EDGES: [(&str, &[&str]); 12] = [
+const EDGES: [(&str, &[&str]); 13] = [
     ("zenoh", &["dragnet-runtime"]),
     ("tokio", &["dragnet-runtime", "dragnet-live", "tls-listener"]),
     ("axum", &["dragnet-live"]),
@@ -128,6 +128,7 @@ const EDGES: [(&str, &[&str]); 12] = [
     ("indicatif", &["dragnet"]),
     ("rcgen", &["dragnet-keys"]),
     ("tch", &["dragnet-train", "dragnet-detector"]),
+    ("rten", &["dragnet-detector"]),
     ("pyo3", &["dragnet-python"]),
     ("numpy", &["dragnet-python"]),
     ("mavlink", &["dragnet-mavlink"]),
@@ -220,6 +221,10 @@ fn libtorch_comes_with_the_features_train_and_detector_and_only_with_them() {
         let with = command().features(CargoOpt::SomeFeatures(vec![feature.to_owned()])).exec().unwrap();
         assert!(TORCH.iter().all(|torch| built_from(&with, "dragnet").contains(torch)), "{feature}");
     }
+    // Static programs read networks without it.
+    let onnx = command().features(CargoOpt::SomeFeatures(vec!["onnx".to_owned()])).exec().unwrap();
+    let program = built_from(&onnx, "dragnet");
+    assert!(program.contains("rten") && TORCH.iter().all(|torch| !program.contains(torch)));
     let all = everything();
     assert_eq!(importers(&all, "torch-sys"), ["tch"]);
     assert_eq!(importers(&all, "tch"), ["dragnet-detector", "dragnet-train"]);

@@ -78,6 +78,19 @@ impl Place {
     }
 }
 
+/// Of a robot with a detector.
+#[cfg(feature = "eyes")]
+impl Place {
+    /// The one object is found in the images, and where it is.
+    fn check_images(&self) {
+        let reported = self.succeed();
+        assert_eq!(lines(&reported, "finds").len(), 1, "{reported}");
+        let found = where_found(lines(&reported, "finds")[0]);
+        assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{reported}");
+        assert!(reported.contains("/camera_2/image"), "{reported}");
+    }
+}
+
 /// The lines of a kind, without their times and durations.
 fn lines<'a>(reported: &'a str, kind: &str) -> Vec<&'a str> {
     let of_kind = |line: &'a str| line.split_once(" s  ")?.1.strip_prefix(kind);
@@ -254,11 +267,7 @@ fn a_detector_processes_recorded_images() {
     let script = Path::new(ROOT).join("tests/python/modules.py");
     let made = Command::new(interpreter(Path::new(ROOT))).arg(script).arg(&modules).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    let reported = place.succeed();
-    let found = where_found(lines(&reported, "finds")[0]);
-    assert_eq!(lines(&reported, "finds").len(), 1, "{reported}");
-    assert!(found.iter().all(|meters| (meters - YARD.object_meters()).abs() < 5.0), "{reported}");
-    assert!(reported.contains("/camera_2/image"), "{reported}");
+    place.check_images();
 
     // In images of another size than the camera's the boxes would have another meaning.
     let wrong = settings("image", detector).replace("width_pixels = 192", "width_pixels = 384");
@@ -268,6 +277,16 @@ fn a_detector_processes_recorded_images() {
     let image = warnings.iter().find(|line| line.starts_with("image, camera_0: ")).unwrap();
     assert_mentions(image, "192 x 128 .. 384 x 128 .. vehicle.cameras");
     assert!(lines(&reported, "finds").is_empty(), "{reported}");
+}
+
+/// So does one with the network that comes with the repository.
+#[cfg(feature = "onnx")]
+#[test]
+fn the_example_network_processes_recorded_images() {
+    let network = Path::new(ROOT).join("vehicle/detector/example/figures.onnx");
+    let detector =
+        format!("detector = {{ module = {:?}, classes = [\"post\"] }}\n", network.display().to_string());
+    Place::new(&settings("image", &detector), &["images"]).check_images();
 }
 
 #[test]
@@ -286,6 +305,6 @@ fn each_camera_has_one_detector() {
     refuse(&settings("detections", detector), "[detector] has no images");
     let both = settings("image", detector).replace("image = ", "detections = \"seen\"\nimage = ");
     refuse(&both, "a camera of ros.cameras that has no detections");
-    let absent = if cfg!(feature = "detector") { "red.torchscript: cannot read it" } else { "built without" };
+    let absent = if cfg!(feature = "eyes") { "red.torchscript: cannot read it" } else { "built without" };
     refuse(&settings("image", detector), absent);
 }

@@ -4,7 +4,8 @@
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed=LIBTORCH");
-    if let Some(libtorch) = std::env::var_os("LIBTORCH") {
+    let libtorch = std::env::var_os("CARGO_FEATURE_TORCH").and_then(|_| std::env::var_os("LIBTORCH"));
+    if let Some(libtorch) = libtorch {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{}/lib", libtorch.display());
     }
 }

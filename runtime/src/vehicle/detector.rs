@@ -1,6 +1,6 @@
 //! The interface of a detector for the images of a vehicle's cameras.
 //!
-//! Its implementation, which needs libtorch, is not part of this crate: the caller that starts a robot passes it in.
+//! Its implementation, which runs a network, is not part of this crate: the caller that starts a robot passes it in.
 
 use std::collections::VecDeque;
 use std::future::pending;
@@ -18,8 +18,8 @@ use super::pictures::{BoxCrop, crops};
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The network, a TorchScript module, relative to the settings.
-    #[schemars(extend("examples" = ["best.torchscript"]))]
+    /// The network, relative to the settings: an ONNX file, whose name ends in `.onnx`, or a TorchScript module.
+    #[schemars(extend("examples" = ["best.onnx", "best.torchscript"]))]
     pub module: PathBuf,
     /// Classes that count, by name or by number from 0; all if empty.
     #[serde(default)]
@@ -36,13 +36,13 @@ pub struct Settings {
     /// Resolution at which images are used.
     #[serde(default)]
     pub resolution: Resolution,
-    /// Columns and rows of the network's input, pixels; by default as the module says.
+    /// Columns and rows of the network's input, pixels; by default as the network says.
     #[serde(default)]
     pub input: Option<[u32; 2]>,
-    /// Threads of libtorch on the CPU, 1 to 1024.
+    /// Threads of the network on the CPU, 1 to 1024.
     #[serde(default = "threads")]
     pub threads: u16,
-    /// Whether to use the CPU even if libtorch finds a GPU.
+    /// Whether to use the CPU even if libtorch, which runs TorchScript modules, finds a GPU.
     #[serde(default)]
     pub cpu: bool,
 }

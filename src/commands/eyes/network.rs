@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use dragnet_detector::network::{Device, Network, NetworkError, set_threads};
+use dragnet_detector::network::{Format, Network, NetworkError};
 use dragnet_detector::picture::{Picture, PixelFormat, Size};
-use dragnet_detector::settings::{Classes, Resolution, Settings, Suppression};
+use dragnet_detector::settings::{Classes, Processor, Resolution, Settings, Suppression};
 use dragnet_detector::{Detection, Found};
 use dragnet_ros2::input::{DetectedBox, Hypothesis, Image};
 use dragnet_runtime::vehicle::detector::{self, Detector};
@@ -57,13 +57,13 @@ impl YoloDetector {
         if !(1..=1024).contains(&asked.threads) {
             return Err(Problem::Threads(asked.threads));
         }
-        set_threads(asked.threads);
-        let device = if asked.cpu { Device::Cpu } else { Device::cuda_if_available() };
+        let processor = Processor { threads: asked.threads, may_use_gpu: !asked.cpu };
         let path = || asked.module.clone();
         let bytes = dragnet_files::read_at_most(&asked.module, MOST_BYTES)
             .map_err(|error| Problem::File(path(), error))?;
         let input = asked.input.map(|[width_pixels, height_pixels]| Size { width_pixels, height_pixels });
-        let network = Network::load(&bytes, input, device).map_err(|error| Problem::Module(path(), error))?;
+        let network = Network::load(Format::of(&asked.module), &bytes, input, processor)
+            .map_err(|error| Problem::Module(path(), error))?;
         let classes: BTreeSet<u32> =
             asked.classes.iter().map(|class| self::class(class, &network)).collect::<Result<_, _>>()?;
         let settings = Settings {
@@ -77,7 +77,7 @@ impl YoloDetector {
             },
         };
         let eyes = Self { network, settings };
-        // Unusable modules are detected before the first image arrives.
+        // Unusable networks are detected before the first image arrives.
         eyes.find(2, 2, &[114; 12]).map_err(|error| Problem::Module(path(), error))?;
         Ok(eyes)
     }
@@ -110,7 +110,7 @@ impl Detector for YoloDetector {
     }
 }
 
-/// The class with this name in the module's file or, if there is none, with this number.
+/// The class with this name in the network's file or, if there is none, with this number.
 fn class(text: &str, network: &Network) -> Result<u32, Problem> {
     let number = || text.parse().ok().filter(|class| *class < network.classes());
     network.class_named(text).or_else(number).ok_or_else(|| {

@@ -1,17 +1,21 @@
-//! A detector without its network: preparing an image of the paper's size, and boxes of its output.
+//! A detector without its network: preparing an image of the paper's size, and boxes of its output. And networks, on one
+//! thread: the files that the variable `NETWORKS` names, separated by colons.
 //!
-//! `cargo bench -p dragnet-vehicle --features detector --bench detector`
+//! `NETWORKS=yolo11n.torchscript:yolo11n.onnx cargo bench -p dragnet-detector --features torch,onnx`
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
+use std::env;
 use std::hint::black_box;
+use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use dragnet_detector::find;
 use dragnet_detector::letterbox::Letterbox;
+use dragnet_detector::network::{Format, Network};
 use dragnet_detector::output::Output;
 use dragnet_detector::picture::{Picture, PixelFormat, Size};
 use dragnet_detector::prepare::prepare;
-use dragnet_detector::settings::{Resolution, Settings};
+use dragnet_detector::settings::{Processor, Resolution, Settings};
 use dragnet_search::seed::{Purpose, stream};
 use rand::RngExt;
 
@@ -69,5 +73,24 @@ fn boxes(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, pixels, boxes);
+/// From an image that is twice as large as the input to boxes.
+fn networks(criterion: &mut Criterion) {
+    let Ok(files) = env::var("NETWORKS") else { return };
+    let mut group = criterion.benchmark_group("network");
+    group.sample_size(30);
+    for file in files.split(':').map(Path::new) {
+        let bytes = std::fs::read(file).unwrap();
+        let network = Network::load(Format::of(file), &bytes, None, Processor::default()).unwrap();
+        let Size { width_pixels, height_pixels } = network.input();
+        let size = Size { width_pixels: 2 * width_pixels, height_pixels: 2 * height_pixels };
+        let image = vec![114; 3 * (size.width_pixels * size.height_pixels) as usize];
+        let picture = Picture::new(size, PixelFormat::Rgb8, &image).unwrap();
+        group.bench_function(file.display().to_string(), |bencher| {
+            bencher.iter(|| network.detect(black_box(&picture), &Settings::default()).unwrap());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, pixels, boxes, networks);
 criterion_main!(benches);

@@ -6,11 +6,12 @@
 //! 1. [`picture`]: an image of a camera;
 //! 2. [`letterbox`]: its position in the network's input;
 //! 3. [`prepare`]: the pixels of the input;
-//! 4. [`network`]: the network, a TorchScript module, and the metadata in its file;
+//! 4. [`network`]: the network, a TorchScript module or an ONNX file, and the metadata in its file;
 //! 5. [`output`]: from its output to candidates;
 //! 6. [`suppression`]: removal of candidates of the same object.
 //!
-//! Part 4 needs libtorch; the others do not.
+//! Part 4 reads TorchScript modules with the feature `torch`, which needs libtorch, and ONNX files with the feature `onnx`,
+//! which needs nothing else.
 
 pub mod letterbox;
 #[cfg(test)]

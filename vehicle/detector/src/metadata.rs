@@ -1,45 +1,43 @@
-//! The metadata of a module's file: ultralytics' export writes a JSON object into the TorchScript archive.
+//! What a network's file says of it: ultralytics' export writes a JSON object into the archive of a TorchScript module,
+//! and texts into an ONNX file.
+
+#[cfg(feature = "torch")]
+mod archive;
+#[cfg(feature = "onnx")]
+mod python;
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
 
-use serde::Deserialize;
-use zip::ZipArchive;
+#[cfg(feature = "torch")]
+pub(super) use archive::of_module;
 
 use crate::picture::Size;
 
-/// Its path, below a folder with the module's name.
-const ENTRY: &str = "/extra/config.txt";
-/// Far more than the names of ten thousand classes.
-const MOST_BYTES: u64 = 1 << 20;
-
 /// The metadata, all optional.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Metadata {
     /// The task of the network; only `detect` is supported.
     pub(super) task: Option<String>,
-    /// Rows and columns of its input.
-    imgsz: Option<[u32; 2]>,
+    /// The size of its input, if it was made for one.
+    pub(super) input: Option<Size>,
+    /// The size of its input, if it allows no other.
+    pub(super) fixed_input: Option<Size>,
     /// By class.
     pub(super) names: BTreeMap<u32, String>,
 }
 
-impl Metadata {
-    /// Reads a module's file. Without metadata, or with other ones, all fields are empty.
-    pub(super) fn of(module: &[u8]) -> Self {
-        text(module).and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default()
-    }
-
-    pub(super) fn input(&self) -> Option<Size> {
-        self.imgsz.map(|[height_pixels, width_pixels]| Size { width_pixels, height_pixels })
-    }
+#[cfg(any(feature = "torch", feature = "onnx"))]
+const fn size([height_pixels, width_pixels]: [u32; 2]) -> Size {
+    Size { width_pixels, height_pixels }
 }
 
-fn text(module: &[u8]) -> Option<String> {
-    let mut archive = ZipArchive::new(Cursor::new(module)).ok()?;
-    let name = archive.file_names().find(|name| name.ends_with(ENTRY))?.to_owned();
-    let mut text = String::new();
-    archive.by_name(&name).ok()?.take(MOST_BYTES).read_to_string(&mut text).ok()?;
-    Some(text)
+/// The metadata of an ONNX file, whose texts are found by their names. A text that is not understood is none.
+#[cfg(feature = "onnx")]
+pub(super) fn of_texts<'a>(text: impl Fn(&str) -> Option<&'a str>) -> Metadata {
+    Metadata {
+        task: text("task").map(str::to_owned),
+        input: text("imgsz").and_then(python::pair).map(size),
+        fixed_input: None,
+        names: text("names").and_then(python::names).unwrap_or_default(),
+    }
 }

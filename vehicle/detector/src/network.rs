@@ -1,47 +1,87 @@
-//! The network: a TorchScript module that libtorch runs.
+//! The network: a file that says how numbers become others, and what runs it.
 //!
-//! A module is a program. Load only modules from trusted sources: nothing here prevents one from running without end.
+//! A TorchScript module is run by libtorch, an ONNX file by a runtime that is part of this program. A module is a program:
+//! load only those from trusted sources. An ONNX file can neither read nor write anything else, but nothing here bounds
+//! its time or memory.
+
+#[cfg(feature = "onnx")]
+mod onnx;
+#[cfg(feature = "torch")]
+mod torch;
 
 use std::collections::BTreeMap;
-use std::io::Cursor;
-
-pub use tch::Device;
-use tch::{CModule, Kind, TchError, Tensor};
+use std::fmt;
+use std::path::Path;
 
 use crate::metadata::Metadata;
 use crate::output::Output;
 use crate::picture::{Picture, PixelFormat, Size};
 use crate::prepare::{PrepareError, Prepared, prepare};
-use crate::settings::{Classes, Resolution, Settings};
+use crate::settings::{Classes, Processor, Resolution, Settings};
 use crate::{FindError, Found, find};
 
 /// A network that detects objects in images.
 #[derive(Debug)]
 pub struct Network {
-    module: CModule,
-    device: Device,
+    runtime: Box<dyn Runtime>,
     input: Size,
     names: BTreeMap<u32, String>,
     class_count: u32,
 }
 
+/// The format of a network's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// A TorchScript module.
+    TorchScript,
+    /// ONNX, the format of many programs.
+    Onnx,
+}
+
 /// Why a network cannot be used, or failed on an image.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NetworkError {
-    /// Not a module.
-    #[error("not a TorchScript module that can be read: {0}")]
-    Unreadable(String),
+    /// A format that needs another build.
+    #[error(
+        "{format}, which this program was built without: build it from a checkout with `{command}`",
+        command = .format.build()
+    )]
+    NotBuilt {
+        /// The format of the file.
+        format: Format,
+    },
+    /// Not a network.
+    #[error("not {format} that can be read: {reason}")]
+    Unreadable {
+        /// What the file was taken for, by its name.
+        format: Format,
+        /// The message of the runtime.
+        reason: String,
+    },
+    /// Its input is not an image.
+    #[error(
+        "a network with {0}: understood is one input of 32-bit floats, shape [1, 3, rows, columns], and one output"
+    )]
+    Interface(String),
     /// Made for another task.
-    #[error("a module for the task {0:?}: understood is \"detect\"")]
+    #[error("a network for the task {0:?}: understood is \"detect\"")]
     Task(String),
     /// The size of its input is unknown.
-    #[error("the module does not say the size of its input, as those of ultralytics do: it has to be given")]
+    #[error("the network does not say the size of its input, as those of ultralytics do: it has to be given")]
     NoInput,
     /// An impossible input size.
     #[error("an input of {0} pixels: allowed are 1 to {max} columns and rows", max = Network::MAX_INPUT_PIXELS)]
     Input(Size),
+    /// Its file allows another input size alone.
+    #[error("an input of {given} pixels: the network's is fixed, {fixed}")]
+    Fixed {
+        /// The size to be used.
+        given: Size,
+        /// The only possible size.
+        fixed: Size,
+    },
     /// Its metadata and its output differ.
-    #[error("the module names {named} classes, and its output has {given}")]
+    #[error("the network names {named} classes, and its output has {given}")]
     Names {
         /// Number of classes in its file.
         named: usize,
@@ -49,7 +89,7 @@ pub enum NetworkError {
         given: u32,
     },
     /// An unknown class.
-    #[error("class {class}: the module has {known}, from 0 on")]
+    #[error("class {class}: the network has {known}, from 0 on")]
     Class {
         /// The given class.
         class: u32,
@@ -60,11 +100,11 @@ pub enum NetworkError {
     #[error(transparent)]
     Prepare(#[from] PrepareError),
     /// It failed.
-    #[error("the module failed on an image of {input} pixels: {reason}")]
+    #[error("the network failed on an image of {input} pixels: {reason}")]
     Run {
         /// Columns and rows.
         input: Size,
-        /// libtorch's message.
+        /// The runtime's message.
         reason: String,
     },
     /// Its output is invalid.
@@ -72,9 +112,10 @@ pub enum NetworkError {
     Find(#[from] FindError),
 }
 
-/// Sets the number of CPU threads of libtorch.
-pub fn set_threads(threads: u16) {
-    tch::set_num_threads(threads.into());
+/// What runs a network.
+trait Runtime: fmt::Debug + Send {
+    /// Runs it on an input of this size, shape `[1, 3, rows, columns]`.
+    fn run(&self, values: Vec<f32>, input: Size) -> Result<Numbers, NetworkError>;
 }
 
 /// Its output.
@@ -83,37 +124,83 @@ struct Numbers {
     shape: Vec<i64>,
 }
 
+impl Format {
+    /// The format of a file, by the ending of its name: ONNX if that is `.onnx`, otherwise a TorchScript module.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
+        let is_onnx = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("onnx"));
+        if is_onnx { Self::Onnx } else { Self::TorchScript }
+    }
+
+    /// Builds a program that reads it.
+    const fn build(self) -> &'static str {
+        match self {
+            Self::TorchScript => "train/libtorch.sh && cargo build --release --features detector",
+            Self::Onnx => "cargo build --release --features onnx",
+        }
+    }
+
+    fn load(self, bytes: &[u8], processor: Processor) -> Result<(Box<dyn Runtime>, Metadata), NetworkError> {
+        match self {
+            #[cfg(feature = "torch")]
+            Self::TorchScript => {
+                let (module, metadata) = torch::Module::load(bytes, processor)?;
+                Ok((Box::new(module), metadata))
+            }
+            #[cfg(feature = "onnx")]
+            Self::Onnx => {
+                let (graph, metadata) = onnx::Graph::load(bytes, processor)?;
+                Ok((Box::new(graph), metadata))
+            }
+            #[cfg(not(all(feature = "torch", feature = "onnx")))]
+            format => {
+                let _ = (bytes, processor);
+                Err(NetworkError::NotBuilt { format })
+            }
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::TorchScript => "a TorchScript module",
+            Self::Onnx => "an ONNX network",
+        })
+    }
+}
+
 impl Network {
     /// Maximum number of columns or rows of its input: an image of this size is allocated before the network is known
     /// to work.
     pub const MAX_INPUT_PIXELS: u32 = 4096;
 
-    /// Loads a module from the bytes of its file, on this device; `input` is needed if the file does not give the input
-    /// size, or to use another one. The module is run once on a gray image, so that errors are found here.
-    ///
-    /// Run-time optimization of libtorch is switched off for the process, so that the same image always gives the same
-    /// boxes.
+    /// Loads a network from the bytes of its file; `input` is needed if the file does not give the input size, or to use
+    /// another one. The network is run once on a gray image, so that errors are found here.
     ///
     /// # Errors
-    /// If it is not a module, or its output is not that of a detector.
-    pub fn load(module: &[u8], input: Option<Size>, device: Device) -> Result<Self, NetworkError> {
-        let unreadable = |error: TchError| NetworkError::Unreadable(gist(&error));
-        tch::jit::f_set_profiling_mode(false).map_err(unreadable)?;
-        let mut loaded =
-            CModule::load_data_on_device(&mut Cursor::new(module), device).map_err(unreadable)?;
-        loaded.f_set_eval().map_err(unreadable)?;
-        let metadata = Metadata::of(module);
+    /// If it is not a network, or its output is not that of a detector.
+    pub fn load(
+        format: Format,
+        bytes: &[u8],
+        input: Option<Size>,
+        processor: Processor,
+    ) -> Result<Self, NetworkError> {
+        let (runtime, metadata) = format.load(bytes, processor)?;
         if let Some(task) = metadata.task.as_ref().filter(|task| *task != "detect") {
             return Err(NetworkError::Task(task.chars().take(40).collect()));
         }
-        let input = input.or_else(|| metadata.input()).ok_or(NetworkError::NoInput)?;
+        let input = input.or(metadata.input).or(metadata.fixed_input).ok_or(NetworkError::NoInput)?;
         if ![input.width_pixels, input.height_pixels]
             .iter()
             .all(|side| (1..=Self::MAX_INPUT_PIXELS).contains(side))
         {
             return Err(NetworkError::Input(input));
         }
-        let mut network = Self { module: loaded, device, input, names: metadata.names, class_count: 0 };
+        if let Some(fixed) = metadata.fixed_input.filter(|fixed| *fixed != input) {
+            return Err(NetworkError::Fixed { given: input, fixed });
+        }
+        let mut network = Self { runtime, input, names: metadata.names, class_count: 0 };
         network.class_count = network.class_count()?;
         let named = network.names.len();
         if named != 0 && named != network.class_count as usize {
@@ -134,7 +221,7 @@ impl Network {
         self.class_count
     }
 
-    /// The name of a class, if the module's file has it.
+    /// The name of a class, if its file has it.
     #[must_use]
     pub fn name(&self, class: u32) -> Option<&str> {
         self.names.get(&class).map(String::as_str)
@@ -155,7 +242,7 @@ impl Network {
         settings.check().map_err(FindError::Settings)?;
         self.check_classes(&settings.classes)?;
         let Prepared { values, letterbox } = prepare(picture, settings.resolution, self.input)?;
-        let numbers = self.run(&values)?;
+        let numbers = self.runtime.run(values, self.input)?;
         let output = Output::new(&numbers.values, &numbers.shape).map_err(FindError::Output)?;
         Ok(find(&output, &letterbox, settings)?)
     }
@@ -173,56 +260,9 @@ impl Network {
     fn class_count(&self) -> Result<u32, NetworkError> {
         let size = Size { width_pixels: 1, height_pixels: 1 };
         let gray = Picture::new(size, PixelFormat::Mono8, &[114]).map_err(PrepareError::Picture)?;
-        let numbers = self.run(&prepare(&gray, Resolution::Full, self.input)?.values)?;
+        let values = prepare(&gray, Resolution::Full, self.input)?.values;
+        let numbers = self.runtime.run(values, self.input)?;
         let (classes, _) = Output::classes_and_anchors(&numbers.shape).map_err(FindError::Output)?;
         Ok(u32::try_from(classes).unwrap_or(u32::MAX))
     }
-
-    /// Runs it on an input of shape `[3, rows, columns]`.
-    fn run(&self, values: &[f32]) -> Result<Numbers, NetworkError> {
-        let (rows, columns) = (i64::from(self.input.height_pixels), i64::from(self.input.width_pixels));
-        let failed = |error: TchError| NetworkError::Run { input: self.input, reason: gist(&error) };
-        let _no_gradients = tch::no_grad_guard();
-        let image = Tensor::f_from_slice(values)
-            .and_then(|image| image.f_reshape([1, 3, rows, columns]))
-            .and_then(|image| image.f_to_device(self.device))
-            .map_err(failed)?;
-        let output = self.module.forward_ts(&[image]).map_err(failed)?;
-        let shape = shape(&output).map_err(failed)?;
-        // Before anything is copied.
-        let (classes, anchors) = Output::classes_and_anchors(&shape).map_err(FindError::Output)?;
-        let output = output
-            .f_to_device(Device::Cpu)
-            .and_then(|output| output.f_to_kind(Kind::Float))
-            .and_then(|output| output.f_contiguous())
-            .map_err(failed)?;
-        let mut values = vec![0.0; (4 + classes) * anchors];
-        output.f_copy_data(&mut values, (4 + classes) * anchors).map_err(failed)?;
-        Ok(Numbers { values, shape })
-    }
-}
-
-/// `Tensor::size` panics on undefined tensors.
-fn shape(tensor: &Tensor) -> Result<Vec<i64>, TchError> {
-    Vec::<i64>::try_from(&tensor.f_internal_shape_as_tensor()?)
-}
-
-/// The message of a libtorch error, without its place in libtorch or the module.
-fn gist(error: &TchError) -> String {
-    const MOST_CHARACTERS: usize = 300;
-    let text = match error {
-        TchError::Torch(text) => text.clone(),
-        other => other.to_string(),
-    };
-    // The message of a TorchScript exception follows its stack, that of libtorch precedes it.
-    let raised =
-        text.lines().rev().find(|line| line.split_once(':').is_some_and(|(name, _)| is_exception(name)));
-    let line = raised.or_else(|| text.lines().find(|line| !line.trim().is_empty())).unwrap_or_default();
-    line.trim().chars().take(MOST_CHARACTERS).collect()
-}
-
-/// Whether this is the name of an exception, as `RuntimeError` and `builtins.ValueError` are.
-fn is_exception(name: &str) -> bool {
-    name.chars().all(|letter| letter.is_alphanumeric() || letter == '.')
-        && (name.ends_with("Error") || name.ends_with("Exception"))
 }

@@ -44,6 +44,15 @@ pub enum Resolution {
     Half,
 }
 
+/// What a network runs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Processor {
+    /// Number of threads on the CPU, at least 1.
+    pub threads: u16,
+    /// Whether to use a GPU if there is one that the runtime of the network's format can use: libtorch's alone.
+    pub may_use_gpu: bool,
+}
+
 /// A setting out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
@@ -68,6 +77,13 @@ impl Default for Settings {
             suppression: Suppression::ByClass,
             resolution: Resolution::Half,
         }
+    }
+}
+
+impl Default for Processor {
+    /// One core.
+    fn default() -> Self {
+        Self { threads: 1, may_use_gpu: false }
     }
 }
 

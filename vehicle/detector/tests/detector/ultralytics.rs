@@ -23,6 +23,9 @@ const MOST_SHADES: [(Resolution, f32, f32); 2] =
 const READ_PIXELS: f64 = 1e-3;
 /// Tolerance of a box's edge in an image of 5320 x 3032 pixels, 33 of which are one of the input.
 const FOUND_PIXELS: f64 = 2.0;
+/// Tolerance of a box's edge, and of its confidence, from the same weights by two runtimes, in 32-bit floats.
+const FORMAT_PIXELS: f64 = 0.2;
+const FORMAT_CONFIDENCE: f32 = 2e-4;
 
 fn picture(image: &RgbImage) -> Picture<'_> {
     let size = Size { width_pixels: image.width(), height_pixels: image.height() };
@@ -146,14 +149,48 @@ fn images_are_prepared_and_outputs_are_read_as_ultralytics_does() {
         check_prepared(&written, &image, resolution, name);
         check_read(&written, &image, resolution, name, &expected["random"][name]);
     }
-    painted_figures_are_found(&written, &expected["figures"]);
+    formats_agree(&written, &image);
+    for file in ["figures.torchscript", "figures.onnx"] {
+        painted_figures_are_found(&written, file, &expected["figures"]);
+    }
+}
+
+/// The smallest network of version 11 itself: what libtorch and the runtime of ONNX files find with the same weights.
+fn formats_agree(written: &Written, image: &RgbImage) {
+    let settings = Settings { confidence: 0.7, ..Settings::default() };
+    let found = ["random.torchscript", "random.onnx"].map(|file| {
+        let network = written.network(file).unwrap();
+        assert_eq!((network.input(), network.classes(), network.name(79)), (RANDOM_INPUT, 80, Some("79")));
+        network.detect(&picture(image), &settings).unwrap().detections
+    });
+    let [torch, onnx] = &found;
+    assert!(torch.len() > 50 && torch.len() == onnx.len(), "{} {}", torch.len(), onnx.len());
+    let (mut most_pixels, mut most_confidence) = (0.0_f64, 0.0_f32);
+    for detection in torch {
+        let edges_apart = |other: &&Detection| {
+            let pairs = edges(&detection.bounds).into_iter().zip(edges(&other.bounds));
+            pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
+        };
+        let same = onnx.iter().filter(|other| other.class == detection.class);
+        let same = same.min_by(|a, b| edges_apart(a).total_cmp(&edges_apart(b))).unwrap();
+        most_pixels = most_pixels.max(edges_apart(&same));
+        most_confidence = most_confidence.max((same.confidence - detection.confidence).abs());
+    }
+    println!(
+        "{} boxes: at most {most_pixels:.1e} pixels and {most_confidence:.1e} of confidence apart",
+        torch.len()
+    );
+    assert!(
+        most_pixels < FORMAT_PIXELS && most_confidence < FORMAT_CONFIDENCE,
+        "{most_pixels} {most_confidence}"
+    );
 }
 
 /// From a camera's pixels to boxes, by a network that was trained on painted figures.
-fn painted_figures_are_found(written: &Written, expected: &Value) {
+fn painted_figures_are_found(written: &Written, file: &str, expected: &Value) {
     let image = image::open(written.path("figures.ppm")).unwrap().to_rgb8();
     assert_eq!(image.dimensions(), (5320, 3032));
-    let network = written.network("figures").unwrap();
+    let network = written.network(file).unwrap();
     assert_eq!((network.classes(), network.name(0), network.name(1)), (2, Some("person"), Some("barrel")));
     assert_eq!(network.input(), Size { width_pixels: 160, height_pixels: 128 });
     let found = network.detect(&picture(&image), &Settings::default()).unwrap();
