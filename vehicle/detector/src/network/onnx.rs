@@ -4,12 +4,13 @@
 //! and follows graphs within graphs to any depth; [`structure`] checks both before. If it panics all the same, that is an
 //! error of the network. Nothing bounds the memory or the time that a network takes.
 
+mod operators;
 mod structure;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use rten::{DataType, Dimension, Model, ModelOptions, OpRegistry, RunOptions, ThreadPool, Value, ValueType};
+use rten::{DataType, Dimension, Model, ModelOptions, RunOptions, ThreadPool, Value, ValueType};
 use rten_tensor::Layout;
 
 use super::{Format, NetworkError, Numbers, Runtime};
@@ -32,7 +33,7 @@ impl Graph {
         let unreadable = |reason: String| NetworkError::Unreadable { format: Format::Onnx, reason };
         structure::check(bytes).map_err(|error| unreadable(error.to_string()))?;
         let model = guarded(|| {
-            let mut options = ModelOptions::with_ops(operators());
+            let mut options = ModelOptions::with_ops(operators::of_detectors());
             options.prepack_weights(true).load(bytes.to_vec()).map_err(|error| gist(&error.to_string()))
         })
         .map_err(unreadable)?;
@@ -112,90 +113,4 @@ fn gist(text: &str) -> String {
     const MOST_CHARACTERS: usize = 300;
     let line = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
     line.trim().chars().filter(|letter| !letter.is_control()).take(MOST_CHARACTERS).collect()
-}
-
-/// What detectors are made of. Others are not part of the program, and a network with one is not read: among them what
-/// contains graphs, and what draws random numbers.
-fn operators() -> OpRegistry {
-    rten::op_registry!(
-        Add,
-        And,
-        ArgMax,
-        AveragePool,
-        BatchNormalization,
-        Cast,
-        Ceil,
-        Clip,
-        Concat,
-        ConstantOfShape,
-        Conv,
-        ConvTranspose,
-        DepthToSpace,
-        Div,
-        Elu,
-        Equal,
-        Erf,
-        Exp,
-        Expand,
-        Flatten,
-        Floor,
-        Gather,
-        GatherElements,
-        GatherND,
-        Gelu,
-        Gemm,
-        GlobalAveragePool,
-        Greater,
-        GreaterOrEqual,
-        HardSigmoid,
-        HardSwish,
-        Identity,
-        InstanceNormalization,
-        LayerNormalization,
-        LeakyRelu,
-        Less,
-        LessOrEqual,
-        Log,
-        MatMul,
-        Max,
-        MaxPool,
-        Mean,
-        Min,
-        Mod,
-        Mul,
-        Neg,
-        Not,
-        Or,
-        Pad,
-        Pow,
-        PRelu,
-        Range,
-        Reciprocal,
-        ReduceMax,
-        ReduceMean,
-        ReduceMin,
-        ReduceSum,
-        Relu,
-        Reshape,
-        Resize,
-        Round,
-        ScatterND,
-        Shape,
-        Sigmoid,
-        Slice,
-        Softmax,
-        Softplus,
-        Split,
-        Sqrt,
-        Squeeze,
-        Sub,
-        Sum,
-        Tanh,
-        Tile,
-        TopK,
-        Transpose,
-        Unsqueeze,
-        Upsample,
-        Where
-    )
 }

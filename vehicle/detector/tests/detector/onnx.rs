@@ -39,10 +39,21 @@ fn value(name: &[u8], element: usize, sides: &[usize]) -> Vec<u8> {
     [field(1, name), field(2, &field(1, &tensor))].concat()
 }
 
+/// Whole numbers that are part of a network.
+fn constant(name: &[u8], values: &[i64]) -> Vec<u8> {
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    field(5, &[number(1, values.len()), number(2, 7), field(8, name), field(9, &bytes)].concat())
+}
+
 /// A network of one operator, from its input to its output.
 fn network(operator: &[u8], input: &[u8], attributes: &[u8]) -> Vec<u8> {
-    let node = [field(1, b"in"), field(2, b"out"), field(4, operator), attributes.to_vec()].concat();
-    let graph = [field(1, &node), field(11, input), field(12, &field(1, b"out"))].concat();
+    network_with(operator, input, attributes, &[])
+}
+
+/// With more fields of its graph.
+fn network_with(operator: &[u8], input: &[u8], more_of_node: &[u8], more: &[u8]) -> Vec<u8> {
+    let node = [field(1, b"in"), field(2, b"out"), field(4, operator), more_of_node.to_vec()].concat();
+    let graph = [field(1, &node), field(11, input), field(12, &field(1, b"out")), more.to_vec()].concat();
     [number(1, 8), field(7, &graph), field(8, &number(2, 17))].concat()
 }
 
@@ -76,6 +87,16 @@ fn an_operator_that_is_not_built_in_is_named() {
             &["not an ONNX network that can be read", operator],
         );
     }
+}
+
+/// A slice with steps of 0 makes `rten` 0.27 panic.
+#[test]
+fn a_runtime_that_panics_has_refused_the_network() {
+    let numbers: [(&[u8], i64); 4] = [(b"start", 0), (b"end", 9), (b"axis", 0), (b"step", 0)];
+    let inputs = numbers.map(|(name, _)| field(1, name)).concat();
+    let constants = numbers.map(|(name, value)| constant(name, &[value])).concat();
+    let file = network_with(b"Slice", &value(b"in", 1, &[1, 3, 32, 32]), &inputs, &constants);
+    says(&refused(&file), &["not an ONNX network that can be read", "Slice step cannot be 0"]);
 }
 
 #[test]
