@@ -1,7 +1,7 @@
 //! A detector without its network: preparing an image of the paper's size, and boxes of its output. And networks, on one
 //! thread: the files that the variable `NETWORKS` names, separated by colons.
 //!
-//! `NETWORKS=yolo11n.torchscript:yolo11n.onnx cargo bench -p dragnet-detector --features torch,onnx`
+//! `NETWORKS=$PWD/yolo11n.torchscript:$PWD/yolo11n.onnx cargo bench -p dragnet-detector --features torch,onnx`
 #![expect(clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
 use std::env;
