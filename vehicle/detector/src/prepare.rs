@@ -4,7 +4,10 @@
 //! `INTER_LINEAR` and so ultralytics' training and prediction. Halving is the mean of two by two pixels.
 
 use fast_image_resize::images::{Image, ImageRef};
-use fast_image_resize::{FilterType, IntoImageView, PixelType, ResizeAlg, ResizeOptions, Resizer};
+use fast_image_resize::pixels::{U8, U8x3};
+use fast_image_resize::{
+    FilterType, IntoImageView, IntoImageViewMut, PixelTrait, PixelType, ResizeAlg, ResizeOptions, Resizer,
+};
 
 use crate::letterbox::Letterbox;
 use crate::picture::{Picture, PictureError, PixelFormat, Size};
@@ -75,8 +78,24 @@ fn scale(
         f64::from(part.width_pixels),
         f64::from(part.height_pixels),
     );
-    resizer.resize(from, &mut scaled, &options).map_err(|error| scale_error(&error))?;
+    match kind {
+        PixelType::U8x3 => resize::<U8x3>(resizer, from, &mut scaled, &options)?,
+        _ => resize::<U8>(resizer, from, &mut scaled, &options)?,
+    }
     Ok(scaled)
+}
+
+/// For pixels of one type: the function for any would bring the code for all thirteen.
+fn resize<P: PixelTrait>(
+    resizer: &mut Resizer,
+    from: &impl IntoImageView,
+    to: &mut Image<'static>,
+    options: &ResizeOptions,
+) -> Result<(), PrepareError> {
+    let (Some(from), Some(mut to)) = (from.image_view::<P>(), to.image_view_mut::<P>()) else {
+        return Err(PrepareError::Scale("pixels of another format".to_owned()));
+    };
+    resizer.resize_typed(&from, &mut to, options).map_err(|error| scale_error(&error))
 }
 
 /// `scaled` in shape `[rows, columns, channels]`, 0 to 255, amid the padding, in shape `[3, rows, columns]`, 0 to 1.
