@@ -37,6 +37,12 @@ impl Separation {
         self.cells > 0
     }
 
+    /// The separation with this number of cells more.
+    #[must_use]
+    pub const fn wider(self, by: u32) -> Self {
+        Self { cells: self.cells.saturating_add(by) }
+    }
+
     /// Whether two cells are as far apart as two robots have to be.
     #[must_use]
     pub fn is_apart(self, grid: Grid, a: Cell, b: Cell) -> bool {

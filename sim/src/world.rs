@@ -254,9 +254,13 @@ impl World {
         }
         let (grid, own) = (self.terrain.grid(), self.body(robot));
         let swept = swept(grid, own.cell, next);
+        // Both may be a cell from where they were.
+        let near = self.separation.wider(2);
         let others = self.bodies.iter().enumerate().filter(|&(place, _)| place != robot.index());
         others
-            .filter(|(_, body)| body.class.flies == own.class.flies)
+            .filter(|(_, body)| {
+                body.class.flies == own.class.flies && !near.is_apart(grid, own.cell, body.cell)
+            })
             .all(|(_, body)| self.separation.are_apart(grid, &swept, &body.occupied(grid)))
     }
 
