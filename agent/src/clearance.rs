@@ -1,6 +1,6 @@
 //! Which part of a path keeps a robot apart from its teammates, by their plans, and where it is out of their way.
 //!
-//! Robots do not negotiate. Whoever decides later keeps out of the way of plans that it knows; the paths themselves stay those
+//! Robots do not negotiate. A robot that decides later keeps out of the way of plans that it knows; the paths themselves stay those
 //! of the policy, cut before they come too near. Times are predictions: what they miss, vehicles do by stopping.
 
 use dragnet_search::cell::{Cell, Grid};

@@ -169,7 +169,7 @@ fn a_robot_is_a_unit_in_its_cell_that_becomes_stale_when_it_is_lost() {
     let drone = named(&events, "robot-2");
     assert_eq!(drone.kind, "a-f-A-M-H-Q");
     let Detail::Unit { remarks, motion: None, .. } = &drone.detail else { panic!("{drone:?}") };
-    assert!(remarks.starts_with("drone: its teammates plan"), "{remarks}");
+    assert!(remarks.starts_with("drone: its teammates are to observe"), "{remarks}");
     // Robot 2 is not heard any more.
     for _ in 0..60 {
         site.pass(1);
