@@ -62,7 +62,9 @@ fn search(scenario: &Scenario, seed: u64) -> (f64, f64) {
 #[test]
 fn nobody_is_shut_in_whatever_the_policy() {
     for (map, robots) in [(COMB, 3), (COMB, 5), (DUMBBELL, 2), (DUMBBELL, 6)] {
-        for policy in [PolicyName::Path, PolicyName::Tour, PolicyName::Nats, PolicyName::Greedy] {
+        for policy in
+            [PolicyName::Path, PolicyName::Tour, PolicyName::Nats, PolicyName::Greedy, PolicyName::Coverage]
+        {
             for start in ["random", "scattered"] {
                 let team = format!("count = {robots}\nstart = '{start}'\n");
                 let scenario = scenario(map, "", &team).with_policy(policy).unwrap();

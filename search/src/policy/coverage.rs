@@ -42,11 +42,21 @@ impl AfterPattern {
 }
 
 /// A pattern, followed cell by cell. A team shares the order: each robot takes an equal, contiguous part.
+///
+/// A pattern covers what is in reach when it is made. Teammates that stand in the way, and areas that are opened or closed, change
+/// that: if at the end of its part other ground is in reach, a robot makes a pattern anew, of all of it.
 pub(super) struct Coverage {
     parameters: Parameters,
     path: Path,
-    order: Option<Vec<Cell>>,
+    pattern: Option<Made>,
     next: usize,
+}
+
+/// A pattern as it was made.
+struct Made {
+    order: Vec<Cell>,
+    /// The cells that were in reach, by index.
+    reached: Vec<Cell>,
 }
 
 impl Coverage {
@@ -54,41 +64,46 @@ impl Coverage {
         Self {
             parameters,
             path: Path::new(parameters.path_length_weight, Utility::Information),
-            order: None,
+            pattern: None,
             next: 0,
         }
     }
 
-    /// The robot's part of the pattern.
-    fn order(&self, situation: &Situation<'_>, routes: &ShortestPathTree) -> Vec<Cell> {
+    /// The part of the pattern of one robot.
+    fn make(&self, situation: &Situation<'_>, routes: &ShortestPathTree, place: Place) -> Made {
         let Parameters { pattern, lane_spacing_cells, after_pattern, .. } = self.parameters;
         let spacing = lane_spacing_cells.unwrap_or_else(|| spacing::confirming(situation, routes));
         let [tracks, left] = pattern.cells(situation, routes, spacing);
         // The policy `path` finds by itself what tracks leave out.
-        let left = if after_pattern == AfterPattern::Path { &[] } else { share(&left, situation.place) };
-        [share(&tracks, situation.place), left].concat()
+        let left = if after_pattern == AfterPattern::Path { &[] } else { share(&left, place) };
+        Made { order: [share(&tracks, place), left].concat(), reached: in_reach(routes) }
     }
 }
 
 impl Policy for Coverage {
     fn decide(&mut self, situation: &Situation<'_>, random: &mut Stream) -> Decision {
         let routes = situation.routes();
-        if self.order.is_none() {
-            self.order = Some(self.order(situation, &routes));
-        }
-        let order = self.order.as_deref().unwrap_or_default();
-        // Cells that the robot stands in, or that were closed or cut off since.
+        let mut pattern =
+            self.pattern.take().unwrap_or_else(|| self.make(situation, &routes, situation.place));
+        // Cells that the robot stands in, or that were closed or cut off since, are none of the way.
         let is_waypoint = |cell: Cell| cell != situation.robot && routes.length(cell).is_finite();
-        let rest = &order[self.next..];
-        let ahead = rest.iter().position(|&cell| is_waypoint(cell)).map(|skipped| self.next + skipped);
-        let place = match (ahead, self.parameters.after_pattern) {
-            (None, AfterPattern::Path) => {
-                self.next = order.len();
+        let first_from = |order: &[Cell], next: usize| {
+            order[next..].iter().position(|&cell| is_waypoint(cell)).map(|skipped| next + skipped)
+        };
+        let ahead = first_from(&pattern.order, self.next);
+        if ahead.is_none() {
+            if self.parameters.after_pattern == AfterPattern::Path {
+                self.next = pattern.order.len();
+                self.pattern = Some(pattern);
                 return self.path.decide(situation, random);
             }
-            (None, AfterPattern::Repeat) => order.iter().position(|&cell| is_waypoint(cell)),
-            (Some(_), _) => ahead,
-        };
+            if pattern.reached != in_reach(&routes) {
+                pattern = self.make(situation, &routes, Place::ALONE);
+                self.next = pattern.order.len();
+            }
+        }
+        let order = &self.pattern.insert(pattern).order;
+        let place = ahead.or_else(|| first_from(order, 0));
         let mut scores = vec![f64::NEG_INFINITY; situation.terrain.grid().cell_count()];
         for cell in routes.candidates() {
             scores[cell.index()] = 0.0;
@@ -109,6 +124,12 @@ impl Policy for Coverage {
         }
         Decision::best(&routes, scores).unless_all_is_known(&alone, &routes)
     }
+}
+
+fn in_reach(routes: &ShortestPathTree) -> Vec<Cell> {
+    let mut reached = routes.reached().to_vec();
+    reached.sort_unstable();
+    reached
 }
 
 fn share(order: &[Cell], Place { member, team }: Place) -> &[Cell] {

@@ -42,6 +42,8 @@ pub(super) struct Checks<'a> {
     has_zones: bool,
     /// Whether robots may drive home after their budget has ended.
     may_come_late: bool,
+    /// Whether robots that broke down may stand where others have to pass: these wait, for as long as it takes.
+    may_be_blocked: bool,
     /// Robots that have to be at their bases at the end.
     returning: Vec<RobotId>,
     shadows: BTreeMap<Participant, Shadow>,
@@ -99,6 +101,8 @@ impl<'a> Checks<'a> {
                             | Command::Robot(_, RobotOrder::Return | RobotOrder::Go(_))
                     )
                 }),
+            may_be_blocked: scenario.separation().is_kept()
+                && faults.crashes.keys().any(|it| matches!(it, Participant::Robot(_))),
             returning: returning(scenario, faults),
             shadows: BTreeMap::new(),
             published: BTreeMap::new(),
@@ -339,6 +343,9 @@ impl<'a> Checks<'a> {
         if let Some(&robot) = self.returning.iter().find(|robot| !at_start[robot.index()]) {
             let what = "it has not returned to its base".to_owned();
             return Err(Violation::Broken { at: ended, participant: Participant::Robot(robot), what });
+        }
+        if self.may_be_blocked {
+            return Ok(());
         }
         let budgets = self.scenario.robots().iter().map(|robot| robot.class.budget.time());
         let Some(budget) = budgets.collect::<Option<Vec<_>>>().and_then(|budgets| budgets.into_iter().max())

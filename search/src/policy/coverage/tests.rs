@@ -207,3 +207,40 @@ fn a_pattern_that_has_seen_all_that_it_can_is_not_repeated() {
     assert!(decisions >= 8, "{decisions}");
     assert!(!decide(1, &case).is_rest(), "path goes on");
 }
+
+#[test]
+fn ground_that_is_reached_later_is_covered_too() {
+    // A teammate stands in the door of the other room when the pattern is made.
+    let open = Case::new("....#....\n.........\n....#....\n", (0, 0));
+    let mut case = Case::new("....#....\n....#....\n....#....\n", (0, 0));
+    let sensor = Sensor::new(1, 0.005, Noise::Gaussian).unwrap();
+    case.sensor = sensor;
+    let mut policy = build(PolicyName::Coverage, Parameters::default());
+    let mut decide = |case: &Case| policy.decide(&case.situation(), &mut stream(1, Purpose::Decision, 1));
+    let mut search = |case: &mut Case| -> Vec<u32> {
+        let mut columns = Vec::new();
+        while columns.len() < 60 {
+            let decision = decide(case);
+            if decision.is_rest() {
+                break;
+            }
+            for &from in &decision.path {
+                let footprint = case.sensor.footprint().iter();
+                for seen in footprint {
+                    if let Some(cell) = case.terrain.grid().step(from, seen.offset) {
+                        case.belief.add(&Reading { cell, value: 0.0, variance: seen.variance });
+                    }
+                }
+            }
+            case.robot = decision.chosen;
+            columns.push(case.terrain.grid().position(case.robot).column);
+        }
+        assert!(columns.len() < 60, "{columns:?}");
+        columns
+    };
+    let before = search(&mut case);
+    assert!(before.iter().all(|&column| column < 4), "{before:?}");
+    case.terrain = open.terrain;
+    let after = search(&mut case);
+    assert!((4..9).all(|column| column == 4 || after.contains(&column)), "{after:?}");
+}
