@@ -114,13 +114,19 @@ impl Declarations {
         self.declared.contains_key(&cell)
     }
 
-    /// All declared objects, by cell, with the probability of each.
-    pub fn detections(&self, probability: impl Fn(Cell) -> f64) -> impl Iterator<Item = Detection> {
-        self.declared.iter().map(move |(&cell, time)| Detection {
+    /// The cells of all declared objects, in order.
+    pub fn cells(&self) -> impl Iterator<Item = Cell> {
+        self.declared.keys().copied()
+    }
+
+    /// All declared objects, by cell, with these probabilities.
+    pub fn detections(&self, probabilities: impl IntoIterator<Item = f64>) -> Vec<Detection> {
+        let with_probability = |((&cell, time), probability): ((&Cell, &MissionTime), f64)| Detection {
             cell,
-            probability: probability(cell),
+            probability,
             time_ns: time.0,
-        })
+        };
+        self.declared.iter().zip(probabilities).map(with_probability).collect()
     }
 
     /// Expected number of objects in cells without a declaration, of those in reach.
@@ -169,8 +175,9 @@ mod tests {
         }
 
         fn declared(&self) -> Vec<(f64, u64)> {
-            let detections = self.declarations.detections(|cell| self.belief.probability(cell));
-            detections.map(|found| (found.probability, found.time_ns)).collect()
+            let probabilities = self.declarations.cells().map(|cell| self.belief.probability(cell));
+            let detections = self.declarations.detections(probabilities);
+            detections.iter().map(|found| (found.probability, found.time_ns)).collect()
         }
     }
 

@@ -305,12 +305,8 @@ impl Mission {
     /// The posterior of the subjects by which cells are declared, if their number is known.
     #[must_use]
     pub fn standing(&self) -> Option<Standing> {
-        Some(self.standing_of(&self.subject()?))
-    }
-
-    fn standing_of(&self, subject: &SubjectPosterior) -> Standing {
         let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
-        subject.standing(terrain, reach, |cell| self.declarations.contains(cell))
+        Some(self.subject()?.standing(terrain, reach, |cell| self.declarations.contains(cell)))
     }
 
     /// The belief as it is shown: that of subjects is their posterior.
@@ -321,14 +317,22 @@ impl Mission {
 
     /// Currently declared objects, by cell.
     pub fn declared(&self) -> impl Iterator<Item = Detection> + '_ {
-        self.declared_by(self.subject())
+        self.declared_and_remaining().0.into_iter()
     }
 
-    fn declared_by(&self, subject: Option<SubjectPosterior>) -> impl Iterator<Item = Detection> + '_ {
-        self.declarations.detections(move |cell| match &subject {
-            Some(subject) => subject.probability(cell),
-            None => self.belief().probability(cell),
-        })
+    /// Currently declared objects, by cell, and how many are expected in cells in reach without a declaration.
+    fn declared_and_remaining(&self) -> (Vec<Detection>, f64) {
+        let (terrain, reach, belief) =
+            (&self.config.terrain, self.replica.knowledge().reach(), self.belief());
+        let cells: Vec<Cell> = self.declarations.cells().collect();
+        let (probabilities, remaining) = match self.config.subjects {
+            Some(it) => it.of_declared(belief, terrain, reach, &cells),
+            None => {
+                let probabilities = cells.iter().map(|&cell| belief.probability(cell)).collect();
+                (probabilities, self.declarations.expected_remaining(terrain, reach, belief))
+            }
+        };
+        (self.declarations.detections(probabilities), remaining)
     }
 
     /// Declared and dismissed objects.
@@ -366,35 +370,25 @@ impl Mission {
     #[must_use]
     pub fn left(&self) -> Left {
         let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
-        let subject = self.subject();
-        let subjects = subject.as_ref().map(|subject| self.standing_of(subject));
+        let subjects = self.standing();
         let out_of_reach = reach.out_of_reach(terrain).filter(|&cell| !self.declarations.contains(cell));
         let by_cells = || out_of_reach.map(|cell| self.belief().probability(cell)).sum::<f64>() + 0.0;
         Left {
-            in_reach: self.expected_remaining(subject.as_ref()),
+            in_reach: self.declared_and_remaining().1,
             out_of_reach: subjects.map_or_else(by_cells, |standing| standing.out_of_reach),
             cells_out_of_reach: reach.out_of_reach(terrain).count(),
             subjects,
         }
     }
 
-    /// Objects expected in cells in reach that are not declared.
-    fn expected_remaining(&self, subject: Option<&SubjectPosterior>) -> f64 {
-        let (terrain, reach) = (&self.config.terrain, self.replica.knowledge().reach());
-        match subject {
-            Some(it) => it.expected_remaining(terrain, reach, |cell| self.declarations.contains(cell)),
-            None => self.declarations.expected_remaining(terrain, reach, self.belief()),
-        }
-    }
-
     /// The mission's status.
     #[must_use]
     pub fn status(&self, now: MissionTime) -> MissionStatus {
-        let subject = self.subject();
+        let (declared, expected_remaining) = self.declared_and_remaining();
         MissionStatus {
             time_ns: now.0,
-            expected_remaining: self.expected_remaining(subject.as_ref()),
-            declared: self.declared_by(subject).collect(),
+            expected_remaining,
+            declared,
             alive: self.alive().collect(),
             observations: self.replica.log().len(),
             versions: self.replica.knowledge().versions(),

@@ -159,7 +159,7 @@ pub enum State {
     Cleared,
     /// Its budget is spent.
     Spent,
-    /// No cell can be reached.
+    /// No way is open: to no cell, or not to its base.
     Stuck,
     /// Its teammates are to observe all that is left, or to pass first.
     Waiting,

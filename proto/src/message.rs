@@ -178,7 +178,7 @@ pub enum Activity {
     Cleared,
     /// Its budget of path length or time is spent, or its battery is low.
     Spent,
-    /// No cell can be reached.
+    /// No way is open: to no cell, or not to its base.
     Stuck,
     /// The operator has paused the search.
     Paused,
@@ -206,7 +206,7 @@ impl Activity {
             Self::Searching => "it has not decided yet",
             Self::Cleared => "too little is left for it to find",
             Self::Spent => "its budget or battery leaves no further step",
-            Self::Stuck => "no cell can be reached",
+            Self::Stuck => "no way is open to it",
             Self::Paused => "the operator has paused it",
             Self::Waiting => "its teammates are to observe all that is left, or to pass first",
             Self::Returning => "it returns to its base",

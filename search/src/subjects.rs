@@ -114,7 +114,32 @@ impl Subjects {
         let is_left = |cell| terrain.is_searched(cell) && reach.covers(cell) && !is_declared(cell);
         let is_left: Vec<bool> = terrain.grid().cells().map(is_left).collect();
         let odds: Vec<f64> = belief.log_odds().collect();
-        several::expected_in(&odds, self.of_several(), &is_left)
+        several::of_some(&odds, self.of_several(), &[], &is_left).1
+    }
+
+    /// [`SubjectPosterior::probability`] of each declared cell, in their order, and [`SubjectPosterior::expected_remaining`]
+    /// without these cells, sooner.
+    #[must_use]
+    pub fn of_declared(
+        self,
+        belief: &Belief,
+        terrain: &Terrain,
+        reach: &Reach,
+        declared: &[Cell],
+    ) -> (Vec<f64>, f64) {
+        if self.number == 1 {
+            let posterior = self.posterior(belief);
+            let of_declared = declared.iter().map(|&cell| posterior.probability(cell)).collect();
+            return (
+                of_declared,
+                posterior.expected_remaining(terrain, reach, |cell| declared.contains(&cell)),
+            );
+        }
+        let in_reach = |cell| terrain.is_searched(cell) && reach.covers(cell);
+        let in_reach: Vec<bool> = terrain.grid().cells().map(in_reach).collect();
+        let odds: Vec<f64> = belief.log_odds().collect();
+        let declared: Vec<usize> = declared.iter().map(|cell| cell.index()).collect();
+        several::of_some(&odds, self.of_several(), &declared, &in_reach)
     }
 
     /// Cells that hold subjects, at least two in all, drawn by what a belief says of them, by index; the others are outside.

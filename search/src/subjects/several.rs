@@ -41,17 +41,34 @@ pub(super) fn posterior(nats: &[f64], of: Number) -> (Vec<f64>, f64) {
     (probability, rest)
 }
 
-/// How many subjects are in some of the cells in the mean: the sum of their probabilities.
-pub(super) fn expected_in(nats: &[f64], of: Number, is_counted: &[bool]) -> f64 {
+/// What [`posterior`] says of `some` cells, given by index, and how many subjects are in the mean in the others that count: in one
+/// pass over all cells, since of the others only the distribution of their number matters.
+pub(super) fn of_some(nats: &[f64], of: Number, some: &[usize], is_counted: &[bool]) -> (Vec<f64>, f64) {
+    let mut is_some = vec![false; nats.len()];
+    for &cell in some {
+        is_some[cell] = true;
+    }
     let Some(Tilted { possible, probability: tilted, outside, .. }) = Tilted::of(nats, of) else {
-        let is_possible = |(nats, counted): &(&f64, &bool)| **counted && **nats > f64::NEG_INFINITY;
-        return nats.iter().zip(is_counted).filter(is_possible).count() as f64;
+        let is_possible = |cell: usize| nats[cell] > f64::NEG_INFINITY;
+        let counted = (0..nats.len()).filter(|&it| is_counted[it] && !is_some[it] && is_possible(it)).count();
+        let of_some = some.iter().map(|&cell| if is_possible(cell) { 1.0 } else { 0.0 }).collect();
+        return (of_some, counted as f64);
     };
+    let mut tilted_some = vec![0.0; nats.len()];
     let (mut here, mut elsewhere) = (nothing(of.number), outside);
     for (cell, p) in possible.into_iter().zip(tilted) {
-        count(if is_counted[cell] { &mut here } else { &mut elsewhere }, p);
+        match (is_some[cell], is_counted[cell]) {
+            (true, _) => tilted_some[cell] = p,
+            (false, true) => count(&mut here, p),
+            (false, false) => count(&mut elsewhere, p),
+        }
     }
-    mean(&here, &elsewhere)
+    let some: Vec<f64> = some.iter().map(|&cell| tilted_some[cell]).collect();
+    let (of_some, _) = given_number(&some, &product(&here, &elsewhere), of.number);
+    for p in some {
+        count(&mut elsewhere, p);
+    }
+    (of_some, mean(&here, &elsewhere))
 }
 
 /// Indices of cells that hold subjects, drawn by their distribution; what is missing is outside.
@@ -276,7 +293,10 @@ mod tests {
             prop_assert!((given.iter().sum::<f64>() + rest - number as f64).abs() < 1e-9);
             let is_counted: Vec<bool> = (0..nats.len()).map(|cell| cell % 3 > 0).collect();
             let counted = given.iter().zip(&is_counted).filter(|(_, it)| **it).map(|(p, _)| p).sum::<f64>();
-            prop_assert!((expected_in(&nats, of, &is_counted) - counted).abs() < 1e-9);
+            prop_assert!((of_some(&nats, of, &[], &is_counted).1 - counted).abs() < 1e-9);
+            let (of_two, others) = of_some(&nats, of, &[3, 1], &is_counted);
+            prop_assert!((of_two[0] - given[3]).abs() < 1e-9 && (of_two[1] - given[1]).abs() < 1e-9, "{of_two:?}");
+            prop_assert!((others - (counted - given[1])).abs() < 1e-9, "1 counts, 3 does not: {others}");
         }
 
         /// Evidence of many readings exceeds the range of exponentials by far.
@@ -318,6 +338,6 @@ mod tests {
         let two = Number { number: 2, rest_nats: f64::NEG_INFINITY };
         let nats = [-1.0, f64::NEG_INFINITY];
         assert_eq!(posterior(&nats, two), (vec![1.0, 0.0], 0.0));
-        assert!((expected_in(&nats, two, &[true; 2]) - 1.0).abs() < 1e-12);
+        assert!((of_some(&nats, two, &[], &[true; 2]).1 - 1.0).abs() < 1e-12);
     }
 }

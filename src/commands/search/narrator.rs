@@ -79,7 +79,7 @@ impl Narrator {
         match route.last() {
             Some(&waypoint) => {
                 let goes = match activity {
-                    Some(Activity::Returning) => "returns to its base at",
+                    Some(Activity::Returning) => "returns to its base, to",
                     Some(Activity::Sent) => "is sent to",
                     Some(Activity::Leaving) => "leaves a no-go zone, to",
                     Some(Activity::GivingWay) => "makes way for its teammates, to",
