@@ -5,6 +5,12 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
+# An independent ROS 2 client: a program of its own, with dependencies that are no part of the product. It is compiled while
+# the network brings what follows.
+cargo build --quiet --locked --manifest-path tests/ros_peer/Cargo.toml --target-dir target/ros_peer &
+peer=$!
+trap 'kill "$peer" 2>/dev/null || true' EXIT
+
 train/libtorch.sh
 
 wanted=$(cat tests/python/{requirements,site,ultralytics,learners}.txt scale/requirements.txt train/libtorch.txt tests/python/without_cuda.py)
@@ -42,8 +48,8 @@ if [[ $(command -v npm) && live/page/package-lock.json -nt live/page/node_module
     npm ci --silent --prefix live/page
 fi
 
-# An independent ROS 2 client: a program of its own, with dependencies that are no part of the product.
-cargo build --quiet --locked --manifest-path tests/ros_peer/Cargo.toml --target-dir target/ros_peer
+wait "$peer"
+trap - EXIT
 # The package for Python, and with it all that is tested.
 CARGO=tests/python/cargo VIRTUAL_ENV=$PWD/.venv .venv/bin/maturin develop --manifest-path python/Cargo.toml
 
