@@ -325,12 +325,11 @@ impl Mission {
         let (terrain, reach, belief) =
             (&self.config.terrain, self.replica.knowledge().reach(), self.belief());
         let cells: Vec<Cell> = self.declarations.cells().collect();
-        let (probabilities, remaining) = match self.config.subjects {
-            Some(it) => it.of_declared(belief, terrain, reach, &cells),
-            None => {
-                let probabilities = cells.iter().map(|&cell| belief.probability(cell)).collect();
-                (probabilities, self.declarations.expected_remaining(terrain, reach, belief))
-            }
+        let (probabilities, remaining) = if let Some(it) = self.config.subjects {
+            it.of_declared(belief, terrain, reach, &cells)
+        } else {
+            let probabilities = cells.iter().map(|&cell| belief.probability(cell)).collect();
+            (probabilities, self.declarations.expected_remaining(terrain, reach, belief))
         };
         (self.declarations.detections(probabilities), remaining)
     }

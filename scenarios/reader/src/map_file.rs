@@ -3,7 +3,7 @@
 //! | extension | format | read by |
 //! |---|---|---|
 //! | `.txt` | drawing, see [`Terrain::from_ascii`] | this file |
-//! | `.yaml` | ROS 2 map with its image | `ros` |
+//! | `.yaml` | ROS 2 map with its image, and a keep-out mask | `ros`, `keepout` |
 //! | `.map` | `MovingAI` benchmark | `movingai` |
 //! | `.geojson`, `.json`, `.kml`, `.kmz`, `.gpx`, `.plan` | areas drawn on the earth | [`areas`], `outline` |
 //!
@@ -14,6 +14,7 @@ mod belief_file;
 mod earth;
 mod error;
 mod georeference;
+mod keepout;
 mod movingai;
 mod outline;
 mod picture;
@@ -107,6 +108,15 @@ impl MapFile {
             areas: Areas::default(),
             overlaps: Vec::new(),
         }
+    }
+
+    /// The same map without the cells that a keep-out mask of Nav2 closes: a file like that of a ROS map, which this is to be.
+    ///
+    /// # Errors
+    /// If the mask, or its image, cannot be read or is invalid; if it is turned against the map, or none of its keep-out
+    /// pixels lies on the map.
+    pub fn without(self, mask: &Path) -> Result<Self, MapFileError> {
+        keepout::close(self, mask)
     }
 
     /// The map of areas, in cells of edge `cell_meters`, meters; messages name the file.

@@ -111,11 +111,35 @@ fn mode<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mode, D::Error> {
 }
 
 pub(super) fn load(file: &Path, cell_meters: f64) -> Result<MapFile, MapFileError> {
+    let (header, origin, picture) = read(file)?;
+    let is_free = picture.shades.iter().map(|shade| is_free(&header, *shade)).collect();
+    let terrain = Raster { extent: extent_of(&header, &picture), is_free }.terrain(file, cell_meters)?;
+    Ok(MapFile { origin, ..MapFile::unplaced(terrain) })
+}
+
+/// A map as a mask: which of its pixels are occupied.
+pub(super) struct Mask {
+    pub(super) extent: Extent,
+    pub(super) origin: MapOrigin,
+    /// Shape `[rows * columns]`, row 0 south, column 0 west.
+    pub(super) is_occupied: Vec<bool>,
+}
+
+pub(super) fn mask(file: &Path) -> Result<Mask, MapFileError> {
+    let (header, origin, picture) = read(file)?;
+    let is_occupied = picture.shades.iter().map(|shade| is_occupied(&header, *shade)).collect();
+    Ok(Mask { extent: extent_of(&header, &picture), origin, is_occupied })
+}
+
+fn read(file: &Path) -> Result<(Header, MapOrigin, Picture), MapFileError> {
     let (header, origin) = read_header(file, &read_text_at_most(file, MAX_HEADER_BYTES)?)?;
     let picture =
         picture::load(&file.with_file_name(&header.image)).map_err(|error| of_image(file, &error))?;
-    let terrain = raster(&header, &picture).terrain(file, cell_meters)?;
-    Ok(MapFile { origin, ..MapFile::unplaced(terrain) })
+    Ok((header, origin, picture))
+}
+
+fn extent_of(header: &Header, &Picture { columns, rows, .. }: &Picture) -> Extent {
+    Extent { columns, rows, pixel_meters: header.resolution }
 }
 
 /// The size of a map, without its pixels.
@@ -163,30 +187,43 @@ fn read_header(file: &Path, text: &str) -> Result<(Header, MapOrigin), MapFileEr
     Ok((header, MapOrigin { x_meters, y_meters, yaw_radians }))
 }
 
-fn raster(header: &Header, picture: &Picture) -> Raster {
-    let &Picture { columns, rows, .. } = picture;
-    Raster {
-        extent: Extent { columns, rows, pixel_meters: header.resolution },
-        is_free: picture.shades.iter().map(|shade| is_free(header, *shade)).collect(),
+#[expect(clippy::cast_possible_truncation, reason = "as map_server does")]
+fn is_free(header: &Header, pixel: Shade) -> bool {
+    let occupancy = occupancy(header, pixel);
+    let (free, occupied) = (header.free_thresh as f32, header.occupied_thresh as f32);
+    match header.mode {
+        Mode::Trinary => is_opaque(pixel) && occupancy <= free,
+        Mode::Scale => {
+            let value = (100.0 * ((occupancy - free) / (occupied - free))).round();
+            is_opaque(pixel) && (occupancy <= free || (value <= 0.0 && occupancy < occupied))
+        }
+        Mode::Raw => f64::from(steps(pixel.brightness)) < 100.0 * header.free_thresh,
+    }
+}
+
+/// Whether `map_server` makes 100 of a pixel.
+#[expect(clippy::cast_possible_truncation, reason = "as map_server does")]
+fn is_occupied(header: &Header, pixel: Shade) -> bool {
+    match header.mode {
+        Mode::Trinary | Mode::Scale => {
+            is_opaque(pixel) && occupancy(header, pixel) >= header.occupied_thresh as f32
+        }
+        Mode::Raw => (steps(pixel.brightness) - 100.0).abs() < 0.5,
     }
 }
 
 /// In single precision, as in `map_server`.
-#[expect(clippy::cast_possible_truncation, reason = "as map_server does")]
-fn is_free(header: &Header, pixel: Shade) -> bool {
-    let steps = |value: f32| (255.0 * value).round();
+fn occupancy(header: &Header, pixel: Shade) -> f32 {
     let shade = steps(pixel.brightness) / 255.0;
-    let occupancy = if header.negate { shade } else { 1.0 - shade };
-    let (free, occupied) = (header.free_thresh as f32, header.occupied_thresh as f32);
-    let is_opaque = steps(pixel.alpha) >= 255.0;
-    match header.mode {
-        Mode::Trinary => is_opaque && occupancy <= free,
-        Mode::Scale => {
-            let value = (100.0 * ((occupancy - free) / (occupied - free))).round();
-            is_opaque && (occupancy <= free || (value <= 0.0 && occupancy < occupied))
-        }
-        Mode::Raw => f64::from(steps(pixel.brightness)) < 100.0 * header.free_thresh,
-    }
+    if header.negate { shade } else { 1.0 - shade }
+}
+
+fn is_opaque(pixel: Shade) -> bool {
+    steps(pixel.alpha) >= 255.0
+}
+
+fn steps(value: f32) -> f32 {
+    (255.0 * value).round()
 }
 
 #[cfg(test)]

@@ -76,6 +76,10 @@ pub struct MapTable {
     /// `.geojson`, `.kml`, `.kmz`, `.gpx` or `.plan` areas. Excludes `shape`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+    /// A keep-out mask of Nav2 beside a ROS map, relative to the scenario: its YAML. No robot enters a cell that an occupied
+    /// pixel of it touches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keepout: Option<String>,
     /// Position of the map's south-western corner on the earth, for a map whose file has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin: Option<GeoPointTable>,

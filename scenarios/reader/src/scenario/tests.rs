@@ -211,6 +211,28 @@ fn check(from: &str, to: &str, said: &[&str]) {
 }
 
 #[test]
+fn a_keep_out_mask_lies_beside_a_ros_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let header =
+        "resolution: 30\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\nimage:";
+    for (name, pixels) in [("map", "255 255 255  255 255 255"), ("mask", "255 0 255  255 255 255")] {
+        write(&format!("{name}.yaml"), &format!("{header} {name}.pgm\n"));
+        write(&format!("{name}.pgm"), &format!("P2 3 2 255  {pixels}\n"));
+    }
+    let read = |mask: &str| {
+        let text = SMALL.replace("file = 'a.txt'", &format!("file = 'map.yaml'\nkeepout = '{mask}'"));
+        Scenario::from_text(&folder.path().join("a.toml"), text)
+    };
+    let expected = Terrain::from_ascii(".~.\n...", 30.0).unwrap();
+    assert!(read("mask.yaml").unwrap().terrain().is_equal_ground(&expected));
+    assert_mentions(
+        &read("gone.yaml").unwrap_err().to_string(),
+        "a.toml, line 4: .. gone.yaml: No such file",
+    );
+}
+
+#[test]
 fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
     check("'small'", "'a b'", &["line 1: name is \"a b\"", "1 to 64 letters, digits, '_' and '-'"]);
     check("file = 'a.txt'", "shape = 'cone'", &["line 3: map.shape is \"cone\"", "ice_cream_cone, open_"]);
@@ -226,6 +248,11 @@ fn a_map_or_a_sensor_out_of_range_names_line_value_and_range() {
         "file = 'a.txt'",
         "shape = 'all_traversable'\nrows = 9999\ncolumns = 9999",
         &["line 2: map is 9999 x 9999 cells", "1 to 16777216 cells"],
+    );
+    check(
+        "file = 'a.txt'",
+        "file = 'a.txt'\nkeepout = 'mask.yaml'",
+        &["line 4: map.keepout is given", "beside a ROS map (.yaml)"],
     );
     check("file = 'a.txt'", "file = 'b.txt'", &["line 3: "]);
     check("file = 'a.txt'", "file = 'b.txt'", &["b.txt: No such file"]);

@@ -16,7 +16,7 @@ use super::check::{self, Invalid};
 use super::class::Classes;
 use super::error::Fault;
 use super::file::{GeoPointTable, MapTable, SensorTable};
-use crate::map_file::{Areas, GeoPoint, Georeference, MapFile};
+use crate::map_file::{Areas, Format, GeoPoint, Georeference, MapFile};
 
 /// One row of as many cells as a grid can have.
 const MAX_SIDE: u32 = 1 << 24;
@@ -26,8 +26,8 @@ const MIN_CELL_METERS: f64 = 0.001;
 /// The map of areas that are in memory; the table names their file.
 pub(super) fn map_of_areas(table: &MapTable, areas: Areas) -> Result<MapFile, Fault> {
     let cell_meters = edge(table)?;
-    let (None, None, Some(file)) = (&table.shape, &table.origin, &table.file) else {
-        let allowed = "a file of areas, without shape and origin";
+    let (None, None, None, Some(file)) = (&table.shape, &table.origin, &table.keepout, &table.file) else {
+        let allowed = "a file of areas, without shape, origin and keepout";
         return Err(Invalid::new("map", "another one", allowed).into());
     };
     check_no_size(table)?;
@@ -52,6 +52,10 @@ pub(super) fn map(table: &MapTable, folder: &Path) -> Result<MapFile, Fault> {
         (None, None) => {
             return Err(Invalid::new("map", "without shape or file", "exactly one of them").into());
         }
+    };
+    let map = match &table.keepout {
+        Some(mask) => without(map, table, &folder.join(mask))?,
+        None => map,
     };
     check_something_is_open(&map.terrain)?;
     Ok(match &table.origin {
@@ -119,6 +123,15 @@ fn grid(table: &MapTable) -> Result<Grid, Invalid> {
 fn map_file(table: &MapTable, file: &Path, cell_meters: f64) -> Result<MapFile, Fault> {
     check_no_size(table)?;
     MapFile::load(file, cell_meters).map_err(|source| Fault::MapFile { key: "map.file", source })
+}
+
+/// The map without what a keep-out mask closes.
+fn without(map: MapFile, table: &MapTable, mask: &Path) -> Result<MapFile, Fault> {
+    let key = "map.keepout";
+    if table.file.as_deref().and_then(|file| Format::of(Path::new(file))) != Some(Format::Ros) {
+        return Err(Invalid::new(key, "given", "no such key but beside a ROS map (.yaml) as map.file").into());
+    }
+    map.without(mask).map_err(|source| Fault::MapFile { key, source })
 }
 
 /// A file has its own size.
