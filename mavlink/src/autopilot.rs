@@ -30,7 +30,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use dragnet_vehicle::pilot::alarms::Alarms;
-use mavlink::MavHeader;
+use mavlink_core::MavHeader;
 
 use crate::MavMessage;
 use crate::common::HEARTBEAT_DATA;

@@ -1,17 +1,24 @@
 //! Messages from bytes, and bytes from messages.
 
-use std::collections::VecDeque;
-use std::io::{self, Read};
+use std::ops::Range;
 
-use mavlink::error::MessageReadError;
-use mavlink::{MavHeader, MavlinkReader, write_v2_msg};
+use mavlink_core::{MavHeader, MavlinkVersion, Message, calculate_crc, write_v2_msg};
 
 use crate::MavMessage;
 
-/// Reads messages from the bytes of a stream, or of datagrams one after the other. Bytes that are no message (noise,
-/// another dialect, a wrong checksum) are skipped.
+/// The first bytes of messages of MAVLink 1 and 2.
+const STARTS: [(u8, MavlinkVersion); 2] = [(0xFE, MavlinkVersion::V1), (0xFD, MavlinkVersion::V2)];
+const CHECKSUM_BYTES: usize = 2;
+const SIGNATURE_BYTES: usize = 13;
+/// A message with other flags than this one is to be dropped, and the flag says that a signature follows it.
+const IS_SIGNED: u8 = 1;
+
+/// Reads messages from the bytes of a stream, or of datagrams one after the other. Bytes that are no message (noise, a
+/// wrong checksum) are skipped, and so are messages that the [dialect](crate::common) does not have.
+#[derive(Debug, Default)]
 pub struct Decoder {
-    reader: MavlinkReader<Pending>,
+    /// Bytes that have arrived and are not read yet.
+    pending: Vec<u8>,
 }
 
 /// What bytes contain.
@@ -23,38 +30,107 @@ pub enum Frame {
     Unreadable(String),
 }
 
-/// Bytes that have arrived and are not read yet.
-#[derive(Default)]
-struct Pending(VecDeque<u8>);
-
-impl Read for Pending {
-    /// At the end there is an error, not the end of the stream: the reader keeps what it has of the next message.
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match self.0.read(buffer)? {
-            0 => Err(io::ErrorKind::WouldBlock.into()),
-            count => Ok(count),
-        }
-    }
-}
-
-impl Default for Decoder {
-    fn default() -> Self {
-        Self { reader: MavlinkReader::new(Pending::default()) }
-    }
-}
-
 impl Decoder {
     /// Adds bytes, and returns the messages that they complete, in order.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<Frame> {
-        self.reader.get_mut().0.extend(bytes);
-        let mut frames = Vec::new();
-        loop {
-            match self.reader.read_any_message() {
-                Ok((header, message)) => frames.push(Frame::Message(header, Box::new(message))),
-                Err(MessageReadError::Parse(error)) => frames.push(Frame::Unreadable(error.to_string())),
-                Err(MessageReadError::Io(_)) => return frames,
+        self.pending.extend_from_slice(bytes);
+        let (mut frames, mut read) = (Vec::new(), 0);
+        let read = loop {
+            let Some(start) = self.pending[read..].iter().position(|&byte| version(byte).is_some()) else {
+                break self.pending.len();
+            };
+            read += start;
+            let rest = &self.pending[read..];
+            let Some(envelope) = Envelope::of(rest) else { break read };
+            if envelope.has_known_flags && envelope.bytes > rest.len() {
+                break read;
             }
+            read += match envelope.content(rest) {
+                Content::Message(frame) => {
+                    frames.push(frame);
+                    envelope.bytes
+                }
+                Content::Unknown => envelope.bytes,
+                Content::Noise => 1,
+            };
+        };
+        self.pending.drain(..read);
+        frames
+    }
+}
+
+/// The version of MAVLink whose messages begin with this byte.
+fn version(byte: u8) -> Option<MavlinkVersion> {
+    STARTS.iter().find(|(start, _)| *start == byte).map(|(_, version)| *version)
+}
+
+/// What the first bytes of a message say of it.
+struct Envelope {
+    version: MavlinkVersion,
+    header: MavHeader,
+    message_id: u32,
+    has_known_flags: bool,
+    /// Where the payload is in the bytes of the message.
+    payload: Range<usize>,
+    /// Length of the whole message.
+    bytes: usize,
+}
+
+/// What is in an envelope.
+enum Content {
+    Message(Frame),
+    /// A message of another dialect, it seems: its checksum cannot be checked.
+    Unknown,
+    Noise,
+}
+
+impl Envelope {
+    /// The envelope at the beginning of `bytes`, if they hold it whole.
+    fn of(bytes: &[u8]) -> Option<Self> {
+        let number = |low: u8, middle: u8, high: u8| u32::from_le_bytes([low, middle, high, 0]);
+        let (version, header_bytes, flags, [sequence, system_id, component_id], message_id) = match *bytes {
+            [0xFE, _, sequence, system, component, id, ..] => {
+                (MavlinkVersion::V1, 6, 0, [sequence, system, component], u32::from(id))
+            }
+            [0xFD, _, flags, _, sequence, system, component, low, middle, high, ..] => {
+                (MavlinkVersion::V2, 10, flags, [sequence, system, component], number(low, middle, high))
+            }
+            _ => return None,
+        };
+        let payload = header_bytes..header_bytes + usize::from(bytes[1]);
+        let signature_bytes = if flags & IS_SIGNED == 0 { 0 } else { SIGNATURE_BYTES };
+        Some(Self {
+            version,
+            header: MavHeader { system_id: u32::from(system_id), component_id, sequence },
+            message_id,
+            has_known_flags: flags & !IS_SIGNED == 0,
+            bytes: payload.end + CHECKSUM_BYTES + signature_bytes,
+            payload,
+        })
+    }
+
+    /// What is in it. The bytes begin with the whole message, unless its flags are unknown.
+    fn content(&self, bytes: &[u8]) -> Content {
+        if !self.has_known_flags {
+            return Content::Noise;
         }
+        if MavMessage::default_message_from_id(self.message_id).is_none() {
+            // What follows tells a message from noise here. A search for other messages in the bytes of one would wait
+            // for the rest of what seems to begin there, and so delay the messages after it.
+            let ends = bytes.get(self.bytes).is_none_or(|&byte| version(byte).is_some());
+            return if ends { Content::Unknown } else { Content::Noise };
+        }
+        let checksum = &bytes[self.payload.end..][..CHECKSUM_BYTES];
+        let extra = MavMessage::extra_crc(self.message_id);
+        if calculate_crc(&bytes[1..self.payload.end], extra).to_le_bytes() != checksum {
+            return Content::Noise;
+        }
+        Content::Message(
+            match MavMessage::parse(self.version, self.message_id, &bytes[self.payload.clone()]) {
+                Ok(message) => Frame::Message(self.header, Box::new(message)),
+                Err(error) => Frame::Unreadable(error.to_string()),
+            },
+        )
     }
 }
 
@@ -122,6 +198,32 @@ mod tests {
             let frames = all.chunks(size).flat_map(|part| decoder.push(part)).collect();
             assert_eq!(decoded(frames), expected, "{size}");
         }
+    }
+
+    #[test]
+    fn a_message_that_the_dialect_does_not_have_delays_none() {
+        // RAW_IMU of system 1, as pymavlink sends it, in whose payload messages seem to begin.
+        let foreign = b"\xFD\x19\0\0\0\x01\x01\x1B\0\0\x01\xFE\xFD\0\0\0\0\0\xFD\0\xFD\xFF\xFE\0\xFD\0\xFE\x07\xFE\xFF\x01\0\x02\0\x03\xC3\x10";
+        let mut decoder = Decoder::default();
+        for _ in 0..3 {
+            assert_eq!(decoder.push(foreign), []);
+            assert_eq!(decoded(decoder.push(&bytes())).len(), 2);
+            assert_eq!(decoded(decoder.push(&[foreign, bytes().as_slice()].concat())).len(), 2);
+        }
+    }
+
+    #[test]
+    fn a_message_with_flags_that_are_unknown_is_dropped_and_a_signed_one_is_read() {
+        let [mut unknown, mut signed] = messages().map(|message| Encoder::new(1, 191).encode(&message));
+        unknown[2] = 2;
+        signed[2] = IS_SIGNED;
+        let checksum = signed.len() - CHECKSUM_BYTES;
+        let crc = calculate_crc(&signed[1..checksum], MavMessage::extra_crc(2));
+        signed[checksum..].copy_from_slice(&crc.to_le_bytes());
+        signed.extend([7; SIGNATURE_BYTES]);
+        let frames = Decoder::default().push(&[unknown, signed, bytes()].concat());
+        let ids: Vec<u32> = decoded(frames).iter().map(|(.., message)| message.message_id()).collect();
+        assert_eq!(ids, [2, 30, 2]);
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! - [`autopilot`]: the state machine: messages and wishes go in, messages, positions and notices come out.
 //!
 //! The crate has no clock, socket, file, thread or randomness. Messages and their fields are those of the dialect
-//! `common` of MAVLink 2, from the crate `mavlink`.
+//! `common` of MAVLink 2, as far as `dialect/common.xml` has them.
 
 pub mod autopilot;
 pub mod frames;
@@ -16,6 +16,11 @@ mod mentions;
 pub mod mode;
 pub mod target;
 
-pub use mavlink::MavHeader;
-pub use mavlink::dialects::common;
-pub use mavlink::dialects::common::MavMessage;
+pub use common::MavMessage;
+pub use dialect::common;
+pub use mavlink_core::MavHeader;
+
+#[allow(clippy::all, clippy::pedantic, clippy::unwrap_used, missing_docs, unreachable_pub)]
+mod dialect {
+    include!(concat!(env!("OUT_DIR"), "/mod.rs"));
+}

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use dragnet_files::in_words;
 use dragnet_scenario::file::{PolicyField, RobotTable, ScenarioFile, StartField};
 use dragnet_scenario::map_file::{Area, Areas, Purpose};
-use dragnet_scenario::{Scenario, Start};
+use dragnet_scenario::{Scenario, Start, toml_text};
 use geojson::Feature;
 use serde::{Deserialize, Serialize};
 
@@ -61,7 +61,7 @@ impl MissionPlan {
     pub fn of_areas(name: &str, areas: &Areas) -> Result<Self, PlanError> {
         let name = if name.is_empty() { USUAL_NAME } else { name };
         let text = Scenario::text_of_areas(areas, name, "");
-        let scenario = toml::from_str(&text).map_err(|error| PlanError::Assumptions(error.to_string()))?;
+        let scenario = toml_text::read(&text).map_err(|error| PlanError::Assumptions(error.to_string()))?;
         Ok(Self {
             scenario,
             is_cell_suggested: true,

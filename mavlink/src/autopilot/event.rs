@@ -1,6 +1,6 @@
 //! Events and actions of an autopilot's state machine.
 
-use mavlink::MavHeader;
+use mavlink_core::MavHeader;
 
 use crate::MavMessage;
 use crate::target::{Position, Target};

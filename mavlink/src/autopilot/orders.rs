@@ -59,7 +59,6 @@ pub(super) fn parameter(system: u8, name: &str) -> MavMessage {
 
 /// A target; copters fly to it at `altitude_meters` above home, and turn to its heading.
 #[expect(clippy::cast_possible_truncation, reason = "MAVLink's units: 1e-7 degrees, and single meters")]
-#[expect(deprecated, reason = "PX4 knows the frame by its old name's number alone")]
 pub(super) fn target(system: u8, boot_ms: u32, target: &Target, altitude_meters: Option<f64>) -> MavMessage {
     let mut ignored = Ignore::POSITION_TARGET_TYPEMASK_VX_IGNORE
         | Ignore::POSITION_TARGET_TYPEMASK_VY_IGNORE
@@ -84,6 +83,7 @@ pub(super) fn target(system: u8, boot_ms: u32, target: &Target, altitude_meters:
                 type_mask: ignored,
                 target_system: system,
                 target_component: AUTOPILOT,
+                // Deprecated; PX4 knows the frame by this number alone.
                 coordinate_frame: MavFrame::MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
                 ..SET_POSITION_TARGET_GLOBAL_INT_DATA::default()
             })

@@ -1,6 +1,6 @@
 //! What an autopilot is asked for: messages at a rate, and parameters.
 
-use mavlink::MessageData;
+use mavlink_core::MessageData;
 
 use super::config::PositionSource;
 use super::{Autopilot, SECOND_NS, orders};

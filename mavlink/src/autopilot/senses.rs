@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use mavlink::Message;
+use mavlink_core::Message;
 
 use super::boot_clock::Stamped;
 use super::config::PositionSource;

@@ -7,6 +7,7 @@ mod shape;
 use dragnet_files::in_words;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_path_to_error::{Path, Track};
 use toml::de::DeTable;
 
 pub(crate) use locate::line_of_key;
@@ -27,9 +28,11 @@ pub struct TextError {
 /// # Errors
 /// If the text is not TOML, has an unknown key, a value of the wrong type, or a list where a table belongs.
 pub fn read<T: DeserializeOwned + Serialize>(text: &str) -> Result<T, TextError> {
-    let toml = toml::Deserializer::parse(text).map_err(|error| TextError::new(text, &error, None))?;
-    let read = serde_path_to_error::deserialize(toml)
-        .map_err(|error| TextError::new(text, error.inner(), Some(error.path())))?;
+    let table = DeTable::parse(text).map_err(|error| TextError::of_syntax(text, &error))?;
+    let mut path = Track::new();
+    let values = serde_path_to_error::Deserializer::new(toml::Deserializer::from(table), &mut path);
+    let read = erased_serde::deserialize(&mut <dyn erased_serde::Deserializer>::erase(values))
+        .map_err(|error| TextError::of_value(text, &error, &path.path()))?;
     shape::check(text, &read).map_err(|wrong| TextError {
         line: line_of_key(text, &wrong.key),
         message: shortened(&wrong.to_string()),
@@ -50,18 +53,31 @@ impl TextError {
         Self { message: format!("{}; {note}", self.message), ..self }
     }
 
-    fn new(text: &str, error: &toml::de::Error, key: Option<&serde_path_to_error::Path>) -> Self {
-        let line = error.span().map(|span| line_at(text, span.start));
+    /// The text is not TOML.
+    fn of_syntax(text: &str, error: &toml::de::Error) -> Self {
         let message = in_words(error.message().trim_end());
-        let twice = error.span().and_then(|span| text.get(span)).filter(|_| message == "duplicate key");
-        let message = twice.map_or(message, |key| format!("{key} is given twice"));
-        let (line, message) = match (line, key.map(ToString::to_string).filter(|key| key != ".")) {
-            (line, Some(key)) => (line, format!("{key}: {message}")),
+        let (line, message) = match error.span() {
+            Some(span) if message == "duplicate key" => {
+                let key = text.get(span.clone()).unwrap_or_default();
+                (line_at(text, span.start), format!("{key} is given twice"))
+            }
+            Some(span) => (line_at(text, span.start), message),
             // For a key with too many parts the parser reports neither the key nor its place.
-            (None, None) => (Some(line_of_longest_key(text)), format!("a key of too many parts: {message}")),
-            (line, None) => (line, message),
+            None => (line_of_longest_key(text), format!("a key of too many parts: {message}")),
         };
-        Self { line, message: shortened(&message) }
+        Self { line: Some(line), message: shortened(&message) }
+    }
+
+    /// A value is not what it should be.
+    fn of_value(text: &str, error: &erased_serde::Error, path: &Path) -> Self {
+        let error = error.to_string();
+        // The lines after the first are TOML's: the keys around the value, which the path has too.
+        let message = in_words(error.lines().next().unwrap_or_default());
+        let path = path.to_string();
+        if path == "." {
+            return Self { line: None, message: shortened(&message) };
+        }
+        Self { line: line_of_key(text, &path), message: shortened(&format!("{path}: {message}")) }
     }
 }
 

@@ -6,11 +6,11 @@
 use std::fmt;
 use std::str::FromStr;
 
-use dragnet_files::in_words;
 use dragnet_learn::policy::{PolicyName, UnknownPolicy};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::file::{PolicyField, PolicyTable};
+use crate::toml_text;
 
 /// Why a text is not a policy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum PolicyTextError {
 }
 
 /// The table of one policy, as TOML has it.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Document {
     policy: PolicyTable,
@@ -53,8 +53,8 @@ impl FromStr for PolicyField {
             return Ok(name.into());
         }
         let document = format!("policy = {{ name = \"{name}\", {} }}", quoted(parameters));
-        let document: Document =
-            toml::from_str(&document).map_err(|error| wrong(&in_words(error.message().trim_end())))?;
+        let document: Document = toml_text::read(&document)
+            .map_err(|error| wrong(error.message.strip_prefix("policy.").unwrap_or(&error.message)))?;
         Ok(Self::Table(document.policy))
     }
 }
@@ -187,7 +187,7 @@ mod tests {
         check("tour(evaluations=1", &["no ')'", "NAME(KEY=VALUE,..)"]);
         check("tour(evaluation=1)", &["unknown field `evaluation`", "`evaluations`"]);
         check("tour(evaluations=1.5)", &["invalid type: floating point `1.5`"]);
-        check("tour(name='path')", &["duplicate key"]);
+        check("tour(name='path')", &["name is given twice"]);
         check("tour(evaluations=1 }\nother = { a = 1)", &["unknown field `other`"]);
     }
 
