@@ -13,6 +13,7 @@
 use std::path::Path;
 
 use dragnet_scenario::map_file::{Area, Earth, Georeference, Purpose};
+use dragnet_scenario::time::MissionTime;
 use dragnet_search::cell::Cell;
 use dragnet_search::observation::RobotId;
 use dragnet_search::sensor::Sensor;
@@ -235,11 +236,12 @@ impl Segments {
     }
 }
 
-/// The numbers of all segments of a recorded mission at its end.
+/// The numbers of all segments of a recorded mission at a time, or at its end.
 #[must_use]
-pub fn rows_of(playback: &Playback) -> Vec<SegmentRow> {
+pub fn rows_of(playback: &Playback, until: Option<MissionTime>) -> Vec<SegmentRow> {
     let mut fold = MissionFold::of(playback);
-    for (_, record) in &playback.records {
+    let until = until.unwrap_or_else(|| playback.end());
+    for (_, record) in playback.records.iter().take_while(|(time, _)| *time <= until) {
         fold.take(record);
     }
     let (subjects, threshold) = (playback.subjects(), playback.detection_threshold());

@@ -1,11 +1,9 @@
-//! The segments of an account as comma-separated values (RFC 4180), a row each, the whole search last.
+//! Segments as comma-separated values (RFC 4180), a row each, the whole search last.
 //!
 //! Lengths are in meters, areas in square meters, probabilities from 0 to 1. A value that is not known or has no meaning, such
 //! as the area of a place, is empty.
 
 use dragnet_coordinator::segment::SegmentRow;
-
-use crate::account::Account;
 
 /// The titles of the columns.
 const TITLES: &str = "area,kind,cells,area_square_meters,poa,poa_now,pod,pos,sweep_width_meters,track_meters,\
@@ -13,8 +11,8 @@ const TITLES: &str = "area,kind,cells,area_square_meters,poa,poa_now,pod,pos,swe
 
 /// The text of a CSV file.
 #[must_use]
-pub fn text(account: &Account) -> String {
-    account.segments.iter().map(row).fold(format!("{TITLES}\r\n"), |text, row| text + &row + "\r\n")
+pub fn text(segments: &[SegmentRow]) -> String {
+    segments.iter().map(row).fold(format!("{TITLES}\r\n"), |text, row| text + &row + "\r\n")
 }
 
 fn row(row: &SegmentRow) -> String {

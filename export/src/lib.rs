@@ -2,7 +2,8 @@
 //!
 //! - [`account`]: the state of a recorded mission at a time: finds, tracks, plans and the probability of detection of
 //!   each cell;
-//! - [`geojson`], [`kml`], [`gpx`], [`plan`], [`csv`]: an account as the text of a file. The same account gives the same bytes;
+//! - [`geojson`], [`kml`], [`gpx`], [`plan`]: an account as the text of a file. The same account gives the same bytes;
+//! - [`csv`]: the table of its segments, for which the mission need not be on the earth;
 //! - [`cot`]: a running mission as events of Cursor on Target;
 //! - [`belief`]: what a recorded mission believed, as the prior of the next one.
 

@@ -220,7 +220,7 @@ fn a_recording_shows_at_every_time_the_same_as_the_running_mission() {
 #[test]
 fn the_segments_of_the_page_are_those_of_exports() {
     let Played { playback, .. } = play();
-    let expected = segment::rows_of(&playback);
+    let expected = segment::rows_of(&playback, None);
     let mut replay = Replay::new(Arc::new(playback));
     let before = Frame::next(replay.view(), &mut Shown::default()).segments.unwrap();
     replay.seek(replay.end());

@@ -7,6 +7,7 @@ use std::time::Duration;
 use dragnet_coordinator::Ending;
 use dragnet_coordinator::finds::of_subject;
 use dragnet_coordinator::playback::Playback;
+use dragnet_coordinator::segment;
 use dragnet_export::{Account, ExportError, belief, csv, geojson, gpx, kml, plan};
 use dragnet_proto::message::Detection;
 use dragnet_proto::picture::Picture;
@@ -124,7 +125,10 @@ fn exported(arguments: &Arguments, format: Format, playback: &Playback) -> Resul
         Format::Geojson => geojson::text,
         Format::Kml => kml::text,
         Format::Gpx => gpx::text,
-        Format::Csv => csv::text,
+        Format::Csv if playback.earth.is_none() && arguments.origin.is_none() => {
+            return Ok(effort(arguments, playback));
+        }
+        Format::Csv => |account| csv::text(&account.segments),
         Format::Plan => return plans(arguments, playback),
         Format::Belief => return believed(arguments, playback),
     };
@@ -134,6 +138,13 @@ fn exported(arguments: &Arguments, format: Format, playback: &Playback) -> Resul
     let pictures = if format == Format::Csv { Vec::new() } else { pictures(&arguments.to, &account)? };
     let files = [(arguments.to.clone(), text(&account).into_bytes())].into_iter().chain(pictures).collect();
     Ok(Exported { files, summary: summary(&account) })
+}
+
+/// How thoroughly a map that is nowhere on the earth was searched.
+fn effort(arguments: &Arguments, playback: &Playback) -> Exported {
+    let rows = segment::rows_of(playback, arguments.at);
+    let files = vec![(arguments.to.clone(), csv::text(&rows).into_bytes())];
+    Exported { files, summary: segments::table(&rows) }
 }
 
 /// The pictures of finds, in a folder of their own beside a file.

@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let inspection = inspect::inspect(&arguments.file).map_err(Failure::input)?;
     // Of what is no mission, or has lost its start, there is nothing more to say.
-    let searched = Playback::read(&arguments.file).map(|playback| segment::rows_of(&playback));
+    let searched = Playback::read(&arguments.file).map(|playback| segment::rows_of(&playback, None));
     let searched = searched.map_or_else(|_| String::new(), |rows| format!("\n{}", segments::table(&rows)));
     Ok(terminal::print(&format!("{inspection}\n{searched}"))?)
 }

@@ -125,6 +125,15 @@ fn a_map_without_a_place_needs_an_origin() {
     place.refuse(&export(&["--origin", "49.2"]), &["--origin", "LATITUDE,LONGITUDE"]);
     assert!(!place.path("a.kml").exists());
     place.succeed(&export(&["--origin", "-33.9,18.4"]));
+    // Nothing in the table of segments depends on where the map is.
+    for (to, rest) in [("without.csv", &[][..]), ("with.csv", &["--origin", "-33.9,18.4"])] {
+        let printed = place.succeed(&[&["export", "small.mcap", "--to", to], rest].concat());
+        assert!(printed.contains("POD"), "{printed}");
+    }
+    let [without, with] =
+        ["without.csv", "with.csv"].map(|file| fs::read_to_string(place.path(file)).unwrap());
+    assert_eq!(without, with);
+    assert_eq!(without.lines().count(), 2);
     assert!(fs::read_to_string(place.path("a.kml")).unwrap().contains("<coordinates>18.4"));
     let drawn = searched();
     drawn.refuse(
