@@ -25,6 +25,7 @@ pub mod account;
 pub mod finds;
 pub(crate) mod sight;
 pub mod spread;
+pub mod vista;
 
 use std::collections::BTreeSet;
 

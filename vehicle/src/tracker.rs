@@ -62,6 +62,14 @@ pub struct Outcome {
     pub refused_births: usize,
 }
 
+/// What is known of the ground when a frame is taken, by position, meters east and north.
+pub struct Surroundings<'a> {
+    /// The probability, 0 to 1, that an object there has been missed so far.
+    pub unseen: &'a dyn Fn(Vector2<f64>) -> f64,
+    /// Whether a wall hides an object there from the frame's camera.
+    pub is_hidden: &'a dyn Fn(Vector2<f64>) -> bool,
+}
+
 impl Tracker {
     /// The maximum number of tracks: more are caused by a faulty detector.
     pub const MAX_TRACKS: usize = 256;
@@ -93,18 +101,17 @@ impl Tracker {
     /// If the frame is invalid, is older than the latest one, or repeats a time of its camera. The state is unchanged
     /// in that case.
     pub fn handle(&mut self, frame: &Frame) -> Result<Outcome, FrameError> {
-        self.handle_where_unseen(frame, &|_| 1.0)
+        self.handle_among(frame, &Surroundings { unseen: &|_| 1.0, is_hidden: &|_| false })
     }
 
-    /// Like [`Tracker::handle`], with knowledge of earlier frames: `unseen` returns the probability, 0 to 1, that an
-    /// object at a position, meters east and north, has been missed so far.
+    /// Like [`Tracker::handle`], with knowledge of earlier frames and of walls.
     ///
     /// # Errors
     /// As [`Tracker::handle`].
-    pub fn handle_where_unseen(
+    pub fn handle_among(
         &mut self,
         frame: &Frame,
-        unseen: &dyn Fn(Vector2<f64>) -> f64,
+        surroundings: &Surroundings<'_>,
     ) -> Result<Outcome, FrameError> {
         frame.check()?;
         self.check_order(frame)?;
@@ -113,9 +120,9 @@ impl Tracker {
 
         let mut outcome = Outcome::default();
         self.tracks = tracks;
-        self.judge(frame, &assignment, &mut outcome);
+        self.judge(frame, surroundings, &assignment, &mut outcome);
         self.max_range_meters = self.max_range_meters.max(frame.reach().max_range_meters);
-        self.give_birth(frame, &assignment.observed_alone, unseen, &mut outcome);
+        self.give_birth(frame, surroundings, &assignment.observed_alone, &mut outcome);
         self.note(frame);
         Ok(outcome)
     }
@@ -178,7 +185,13 @@ impl Tracker {
     }
 
     /// Updates each track as detected or missed, and removes the lost ones.
-    fn judge(&mut self, frame: &Frame, assignment: &Assignment, outcome: &mut Outcome) {
+    fn judge(
+        &mut self,
+        frame: &Frame,
+        surroundings: &Surroundings<'_>,
+        assignment: &Assignment,
+        outcome: &mut Outcome,
+    ) {
         let mut bearing_of = vec![None; self.tracks.len()];
         assignment.pairs.iter().for_each(|&(track, bearing)| bearing_of[track] = Some(bearing));
         let settings = &self.settings;
@@ -187,9 +200,9 @@ impl Tracker {
             let fate = match bearing_of.next().flatten() {
                 Some(bearing) => {
                     outcome.seen.push((track.id(), bearing));
-                    track.seen(&frame.measurement(bearing), frame, settings)
+                    track.seen(&frame.measurement(bearing), frame, surroundings, settings)
                 }
-                None => track.not_seen(frame, settings),
+                None => track.not_seen(frame, surroundings, settings),
             };
             match fate {
                 FrameResult::Confirmed => outcome.confirmed.push(track.id()),
@@ -203,8 +216,8 @@ impl Tracker {
     fn give_birth(
         &mut self,
         frame: &Frame,
+        surroundings: &Surroundings<'_>,
         bearings: &[usize],
-        unseen: &dyn Fn(Vector2<f64>) -> f64,
         outcome: &mut Outcome,
     ) {
         let room = Self::MAX_TRACKS - self.tracks.len();
@@ -217,7 +230,7 @@ impl Tracker {
                 &frame.measurement(bearing),
                 frame,
                 self.max_range_meters,
-                unseen,
+                surroundings,
                 &self.settings,
             );
             outcome.born.push((id, bearing));

@@ -75,7 +75,7 @@ impl TextError {
         let message = in_words(error.lines().next().unwrap_or_default());
         let path = path.to_string();
         if path == "." {
-            return Self { line: None, message: shortened(&message) };
+            return Self { line: Some(1), message: shortened(&message) };
         }
         Self { line: line_of_key(text, &path), message: shortened(&format!("{path}: {message}")) }
     }

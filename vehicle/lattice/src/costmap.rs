@@ -190,22 +190,33 @@ impl CostMap {
     /// visible as the side of it that faces the first position. Beyond the map nothing is known to hide.
     #[must_use]
     pub fn hides(&self, from_meters: (f64, f64), to_meters: (f64, f64)) -> bool {
+        self.hidden_from(from_meters, to_meters).is_some()
+    }
+
+    /// The part of the straight line between two positions, 0 to 1, from which on it is hidden by [`CostMap::hides`]; `None` if it
+    /// is nowhere.
+    #[must_use]
+    pub fn hidden_from(&self, from_meters: (f64, f64), to_meters: (f64, f64)) -> Option<f64> {
         let mut was_free = false;
         let mut is_blocked = false;
-        for square in self.squares_between(from_meters, to_meters) {
+        for (part, square) in self.squares_between(from_meters, to_meters) {
             let is_lethal = square.is_some_and(|cell| self.is_lethal(cell));
             if is_blocked && !is_lethal {
-                return true;
+                return Some(part);
             }
             is_blocked = was_free && is_lethal;
             was_free |= !is_lethal;
         }
-        false
+        None
     }
 
-    /// The cells that a straight line passes through, in order, `None` beyond the map: the traversal of Amanatides and Woo
-    /// (1987).
-    fn squares_between(&self, from: (f64, f64), to: (f64, f64)) -> impl Iterator<Item = Option<Cell>> + '_ {
+    /// The cells that a straight line passes through, in order, `None` beyond the map, each with the part of the line at which it
+    /// enters it: the traversal of Amanatides and Woo (1987).
+    fn squares_between(
+        &self,
+        from: (f64, f64),
+        to: (f64, f64),
+    ) -> impl Iterator<Item = (f64, Option<Cell>)> + '_ {
         let place = |meters: f64, origin_meters: f64| (meters - origin_meters) / self.resolution_meters;
         let (east, north) = self.origin_meters;
         let mut lines = [
@@ -214,12 +225,12 @@ impl CostMap {
         ];
         let steps = lines.iter().map(|line| line.steps).sum::<u64>();
         (0..=steps).map(move |step| {
+            let [across, up] = &mut lines;
+            let part = if step > 0 { across.next.min(up.next) } else { 0.0 };
             if step > 0 {
-                let [across, up] = &mut lines;
                 if across.next < up.next { across.step() } else { up.step() }
             }
-            let [across, up] = &lines;
-            self.grid.cell_at(across.square + 0.5, up.square + 0.5)
+            (part, self.grid.cell_at(across.square + 0.5, up.square + 0.5))
         })
     }
 
@@ -292,6 +303,7 @@ mod tests {
         check((0.5, 2.5), (2.5, 2.5), false);
         check((0.5, 2.5), (3.1, 2.5), true);
         check((5.5, 2.5), (0.5, 2.5), true);
+        assert_eq!(map.hidden_from((-9.5, -17.5), (-5.5, -17.5)), Some(2.5 / 4.0));
         // Past its end, and across a corner.
         check((0.5, 0.5), (5.5, 0.5), false);
         check((0.5, 0.5), (4.5, 0.9), false);
@@ -318,7 +330,7 @@ mod tests {
         for _ in 0..2000 {
             let (from, to) = ((draw(), draw()), (draw(), draw()));
             let squares: Vec<Position> =
-                map.squares_between(from, to).map(|cell| map.grid.position(cell.unwrap())).collect();
+                map.squares_between(from, to).map(|(_, cell)| map.grid.position(cell.unwrap())).collect();
             let of = |(x, y): (f64, f64)| map.grid.position(map.cell_at(x, y).unwrap());
             assert_eq!((squares[0], squares[squares.len() - 1]), (of(from), of(to)));
             let apart = |pair: &[Position]| {

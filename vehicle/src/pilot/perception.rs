@@ -25,18 +25,22 @@ use crate::camera::{BoxRefusal, Camera, Detections, TooManyBoxes};
 use crate::evidence::account::Accounts;
 use crate::evidence::finds::{Find, Finds, Vantage};
 use crate::evidence::sight::Sight;
+use crate::evidence::vista::Vista;
 use crate::evidence::{self, EvidenceError, Seen};
 use crate::settings::Checked;
-use crate::tracker::Tracker;
 use crate::tracker::frame::Frame;
 use crate::tracker::pose_error::PoseError;
 use crate::tracker::settings::{Settings as TrackerSettings, SettingsError as TrackerError};
 use crate::tracker::track::Track;
+use crate::tracker::{Surroundings, Tracker};
 use dragnet_lattice::costmap::CostMap;
 use dragnet_lattice::plane::{Pose, wrapped_radians};
 use false_alarms::FalseAlarms;
 use fixed::FixedDetections;
 use waiting::{Arrival, Waiting};
+
+/// Walls hide tracks up to so many times the range of a camera.
+const FARTHEST: f64 = 2.0;
 
 /// The state of the cameras and the tracker.
 #[derive(Clone, Debug)]
@@ -301,8 +305,16 @@ impl Perception {
         )
         .map_err(|error| refused(&error))?;
         let accounts = &self.accounts;
-        let unseen = |point| accounts.missed_at(terrain, point);
-        let outcome = self.tracker.handle_where_unseen(&frame, &unseen).map_err(|error| refused(&error))?;
+        let vista = Vista::new(
+            self.sight.walls(),
+            frame.view.camera().position_meters(),
+            FARTHEST * frame.view.max_range_meters(),
+        );
+        let surroundings = Surroundings {
+            unseen: &|point| accounts.missed_at(terrain, point),
+            is_hidden: &|point| vista.hides(point),
+        };
+        let outcome = self.tracker.handle_among(&frame, &surroundings).map_err(|error| refused(&error))?;
         self.assigned.extend(outcome.born.iter().chain(&outcome.seen).map(|&(track, bearing)| Assigned {
             camera: name.clone(),
             time_ns,

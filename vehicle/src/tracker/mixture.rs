@@ -85,8 +85,13 @@ impl Mixture {
         }
     }
 
-    /// The mixture after a bearing: `w_i <- w_i N(z; z_i, S_i)`, normalized; members that rounding has made invalid or
-    /// that weigh less than 1e-3 are dropped. `None` if no member is left.
+    /// The mixture after a bearing: `w_i <- w_i N(z; z_i, S_i) sqrt(S_i / S'_i)`, normalized, with `S'_i` as the predicted
+    /// variance `S_i` without the error of the vehicle's position; members that rounding has made invalid or that weigh less
+    /// than 1e-3 are dropped. `None` if no member is left.
+    ///
+    /// The root departs from Peach. It is 1 without that error, which is worth a larger angle the nearer an object is, and
+    /// which bearings of one time share: as noise of each bearing it would make near members less likely with each one, so that
+    /// a vehicle that stands, or turns on the spot, took every object for a far one.
     #[must_use]
     pub fn updated(&self, measurement: &BearingMeasurement, pose_error: &PoseError) -> Option<Self> {
         self.explained(measurement, pose_error).map(|(mixture, _)| mixture)
@@ -99,21 +104,23 @@ impl Mixture {
         pose_error: &PoseError,
     ) -> Option<(Self, f64)> {
         let mut members = self.members.clone();
+        let mut log_densities = Vec::with_capacity(members.len());
         // Logarithms, so that a bearing far from all members still leaves the best of them.
         members.retain_mut(|member| {
-            match member.state.update(&vaguer(measurement, pose_error, &member.state)) {
-                Some(log_density) => {
-                    member.weight = member.weight.ln() + log_density;
-                    true
-                }
-                None => false,
-            }
+            let vague = vaguer(measurement, pose_error, &member.state);
+            let lever_nats = lever_nats(measurement, pose_error, &vague, &member.state);
+            let Some(log_density) = member.state.update(&vague) else { return false };
+            let log_density = member.weight.ln() + log_density;
+            log_densities.push(log_density);
+            member.weight = log_density + lever_nats;
+            true
         });
         let most = members.iter().map(|member| member.weight).max_by(f64::total_cmp)?;
         for member in &mut members {
             member.weight = (member.weight - most).exp();
         }
-        let log_density = most + members.iter().map(|member| member.weight).sum::<f64>().ln();
+        let most = log_densities.iter().copied().max_by(f64::total_cmp)?;
+        let log_density = most + log_densities.iter().map(|it| (it - most).exp()).sum::<f64>().ln();
         Some((Self::pruned(members), log_density))
     }
 
@@ -209,6 +216,20 @@ fn vaguer(measurement: &BearingMeasurement, pose_error: &PoseError, state: &Gaus
     BearingMeasurement { deviation_radians: variance.sqrt(), ..*measurement }
 }
 
+/// `ln sqrt(S / S')`: by how much the error of the vehicle's position widens a predicted bearing.
+fn lever_nats(
+    measurement: &BearingMeasurement,
+    pose_error: &PoseError,
+    vague: &BearingMeasurement,
+    state: &Gaussian,
+) -> f64 {
+    let spread = bearing_std_radians(state, measurement.from_meters);
+    let without = measurement.deviation_radians.hypot(pose_error.heading_std_radians);
+    let lever = (vague.deviation_radians.powi(2) - without.powi(2)).max(0.0);
+    let own = (spread.powi(2) - lever).max(0.0).sqrt();
+    (vague.deviation_radians.hypot(spread) / without.hypot(own)).ln()
+}
+
 /// Along the bearing with the uncertainty of its part, across it with the bearing's noise.
 fn at_range(
     measurement: &BearingMeasurement,
@@ -286,6 +307,21 @@ mod tests {
         assert!((sum - 1.0).abs() < 1e-12);
         let off = (mixture.estimate().position_meters() - truth).norm();
         assert!(off < 5.0, "{off}");
+    }
+
+    #[test]
+    fn a_vehicle_that_stands_learns_no_range() {
+        let error =
+            PoseError { heading_std_radians: 0.01, position_std_meters: 0.5, correlation_seconds: 1.0 };
+        let mean_meters = |mixture: &Mixture| mixture.estimate().position_meters().norm();
+        let born = Mixture::born(&measurement(0.0, 1.0), &error, REACH, &Settings::default());
+        let mut mixture = born.clone();
+        for _ in 0..30 {
+            mixture = mixture.updated(&measurement(0.0, 1.0), &error.after(0.1)).unwrap();
+        }
+        let grown = mean_meters(&mixture) / mean_meters(&born);
+        assert!((0.8..1.2).contains(&grown), "{grown}");
+        assert_eq!(mixture.members().len(), 6);
     }
 
     #[test]

@@ -10,11 +10,14 @@ use nalgebra::{Vector2, Vector4};
 
 use super::cubature::Gaussian;
 use super::mixture::{Member, Mixture};
+use crate::camera::View;
 
 /// Ratio of its largest standard deviation to its range above which a member is split.
 const WIDEST: f64 = 0.25;
 /// Ranges below this count as this, meters: only the cell matters.
 const NEAREST_METERS: f64 = 1.0;
+/// A member with a smaller standard deviation is not split at a wall.
+const NARROW_METERS: f64 = 0.1;
 /// The maximum number of members of a mixture.
 const MOST_MEMBERS: usize = 64;
 /// Weight below which a member is not split.
@@ -38,6 +41,23 @@ impl Mixture {
             let member = self.members[index];
             let has_room = self.members.len() + 2 <= MOST_MEMBERS && member.weight >= LEAST_WEIGHT;
             match direction(&member.state, from_meters).filter(|_| has_room) {
+                Some(axis) => {
+                    self.members.splice(index..=index, parts(&member, axis));
+                }
+                None => index += 1,
+            }
+        }
+    }
+
+    /// Splits members in view that are partly hidden, until each part is hidden or is not, or is narrow: a detection or a
+    /// miss then weighs each as a whole.
+    pub(super) fn split_at_walls(&mut self, view: &View, is_hidden: &dyn Fn(Vector2<f64>) -> bool) {
+        let mut index = 0;
+        while index < self.members.len() {
+            let member = self.members[index];
+            let has_room = self.members.len() + 2 <= MOST_MEMBERS && member.weight >= LEAST_WEIGHT;
+            let is_in_view = has_room && view.contains(member.state.position_meters());
+            match is_in_view.then(|| across_a_wall(&member.state, is_hidden)).flatten() {
                 Some(axis) => {
                     self.members.splice(index..=index, parts(&member, axis));
                 }
@@ -83,6 +103,23 @@ fn direction(state: &Gaussian, from_meters: Vector2<f64>) -> Option<Vector4<f64>
     let is_wide = variance > (WIDEST * range_meters).powi(2) && variance.is_finite();
     let axis = eigen.eigenvectors.column(longest);
     is_wide.then(|| Vector4::new(axis[0], axis[1], 0.0, 0.0))
+}
+
+/// The axis of a distribution's position along which it is hidden in part.
+fn across_a_wall(state: &Gaussian, is_hidden: &dyn Fn(Vector2<f64>) -> bool) -> Option<Vector4<f64>> {
+    let eigen = state.place_covariance().symmetric_eigen();
+    let middle = state.position_meters();
+    let is_middle_hidden = is_hidden(middle);
+    let differs = |&axis: &usize| {
+        let std_meters = eigen.eigenvalues[axis].max(0.0).sqrt();
+        let side = eigen.eigenvectors.column(axis) * (std_meters * 3.0_f64.sqrt());
+        std_meters > NARROW_METERS
+            && [middle + side, middle - side].into_iter().any(|it| is_hidden(it) != is_middle_hidden)
+    };
+    let longest = eigen.eigenvalues.imax();
+    let axis = [longest, 1 - longest].into_iter().find(differs)?;
+    let axis = eigen.eigenvectors.column(axis);
+    Some(Vector4::new(axis[0], axis[1], 0.0, 0.0))
 }
 
 /// Three members for one: along `P e / sqrt(e' P e)`, so that velocities correlated with the position are split too.

@@ -8,7 +8,7 @@ use super::frame::{Frame, FrameError};
 use super::pose_error::PoseError;
 use super::settings::Settings;
 use super::track::{Standing, TrackId};
-use super::{Outcome, Tracker};
+use super::{Outcome, Surroundings, Tracker};
 use crate::camera::{Camera, CameraSettings, DetectionBox, View};
 use dragnet_lattice::plane::{Pose, bearing_radians};
 
@@ -333,9 +333,44 @@ fn one_detection_by_a_camera_that_always_missed_it_does_not_rule_out_that_it_is_
 fn a_track_begins_where_it_was_not_seen_before() {
     let mut tracker = tracker();
     let unseen = |place: Vector2<f64>| if place.norm() < 120.0 { 1e-6 } else { 1.0 };
-    tracker.handle_where_unseen(&frame(0, &[1.0]), &unseen).unwrap();
+    let surroundings = Surroundings { unseen: &unseen, is_hidden: &|_| false };
+    tracker.handle_among(&frame(0, &[1.0]), &surroundings).unwrap();
     let range = tracker.tracks()[0].position_meters().norm();
     assert!(range > 120.0, "{range}");
+}
+
+/// A map may be wrong: behind a wall a track is unlikely, and not impossible.
+#[test]
+fn a_track_begins_before_a_wall() {
+    let range = |is_hidden: &dyn Fn(Vector2<f64>) -> bool| {
+        let mut tracker = tracker();
+        for second in 0..3 {
+            let surroundings = Surroundings { unseen: &|_| 1.0, is_hidden };
+            tracker.handle_among(&frame(second, &[1.0]), &surroundings).unwrap();
+        }
+        let track = &tracker.tracks()[0];
+        (track.position_meters().norm(), track.std_meters())
+    };
+    let (before_a_wall, std_meters) = range(&|place| place.norm() > 20.0);
+    assert!(before_a_wall < 20.0 && before_a_wall + 2.0 * std_meters > 20.0, "{before_a_wall} {std_meters}");
+    let (open, _) = range(&|_| false);
+    assert!(open > 40.0, "{open}");
+}
+
+#[test]
+fn a_track_behind_a_wall_is_not_missed() {
+    let lost = |is_hidden: &dyn Fn(Vector2<f64>) -> bool| {
+        let mut tracker = tracker();
+        outcomes(&mut tracker, &[&[1.0], &[1.0], &[1.0]]);
+        let surroundings = Surroundings { unseen: &|_| 1.0, is_hidden };
+        (3..40).find(|&second| {
+            !tracker.handle_among(&frame(second, &[]), &surroundings).unwrap().lost.is_empty()
+        })
+    };
+    assert_eq!(lost(&|_| false), Some(12));
+    assert_eq!(lost(&|_| true), None);
+    // Half of what is possible is in view, and is not true: the rest is behind the wall.
+    assert_eq!(lost(&|place| place.norm() > 20.0), None);
 }
 
 /// Straight toward an object, which is first detected at the camera's maximum range, at 2 m/s with 5 frames per second,

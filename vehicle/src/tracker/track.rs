@@ -22,7 +22,7 @@ use super::pose_error::PoseError;
 use super::settings::Settings;
 use super::view_share::{SEEN_OUTSIDE, mean_over, seen_in};
 use super::visibility::Missed;
-use super::{largest_std_meters, seconds_between};
+use super::{Surroundings, largest_std_meters, seconds_between};
 use crate::camera::View;
 use dragnet_lattice::plane::{bearing_radians, turn_radians};
 
@@ -47,6 +47,10 @@ const ESTABLISHED_NATS: f64 = 25.0;
 const LEAST_UNSEEN: f64 = 0.01;
 /// A single bearing may be a false alarm, and the next one of an object out of this camera's view.
 const BORN_OUTSIDE: f64 = 0.05;
+/// Probability that an object is detected where the map has a wall before it: the map may be wrong there, or the wall be low.
+const SEEN_BEHIND_A_WALL: f64 = 0.05;
+/// Share of an object's range by which a camera has to move to look at it anew.
+const ANOTHER_SIGHT: f64 = 0.5;
 /// Timeout of a tentative track, seconds.
 const TENTATIVE_SECONDS: f64 = 5.0;
 /// Time within which misses of two cameras, seconds, also cover the seam between them.
@@ -127,23 +131,24 @@ struct LastSeen {
 impl Track {
     /// Creates a track from an unassigned bearing. The object may be in range of another camera only, whose bearings
     /// will be assigned to the same track: so the ranges extend to the largest range of any camera. Positions where it
-    /// would have been detected before are less likely: `unseen` is the probability that it was missed there.
+    /// would have been detected before are less likely, and so are those behind walls.
     pub(super) fn born(
         id: TrackId,
         measurement: &BearingMeasurement,
         frame: &Frame,
         max_range_meters: f64,
-        unseen: &dyn Fn(Vector2<f64>) -> f64,
+        surroundings: &Surroundings<'_>,
         settings: &Settings,
     ) -> (Self, FrameResult) {
         let reach = Reach { max_range_meters, ..frame.reach() };
         let view = frame.widest_view(settings.gate_radians);
-        let mixture = Mixture::born(measurement, &frame.pose_error, reach, settings);
+        let mut mixture = Mixture::born(measurement, &frame.pose_error, reach, settings);
+        mixture.split_at_walls(&view, surroundings.is_hidden);
         let mut track = Self {
             id,
             mixture: mixture.reweighted(|state| {
-                let before = mean_over(state, unseen).max(LEAST_UNSEEN);
-                seen_in(state, &view).max(BORN_OUTSIDE) * before
+                let before = mean_over(state, surroundings.unseen).max(LEAST_UNSEEN);
+                seen_in(state, &view).max(BORN_OUTSIDE) * before * past_walls(state, surroundings)
             }),
             standing: Standing::Tentative,
             hits: 1,
@@ -240,13 +245,14 @@ impl Track {
         &mut self,
         measurement: &BearingMeasurement,
         frame: &Frame,
+        surroundings: &Surroundings<'_>,
         settings: &Settings,
     ) -> FrameResult {
         let pose_error = frame.pose_error.after(seconds_between(self.seen_ns, frame.time_ns));
         self.mixture.refine(measurement.from_meters);
         let widest = frame.widest_view(settings.gate_radians);
         let expected = self.mixture.mean_of(&|point| frame.visibility(point)).max(SEEN_OUTSIDE);
-        let Some((mixture, log_density)) = self.mixture.explained(measurement, &pose_error) else {
+        let Some((mut mixture, log_density)) = self.mixture.explained(measurement, &pose_error) else {
             return FrameResult::Lost;
         };
         let mistakes = settings.false_alarms_per_frame / frame.view.width_radians();
@@ -256,7 +262,12 @@ impl Track {
         // the end of its range.
         let missed = f64::from(self.missed_by.remove(&frame.camera).unwrap_or(0));
         let doubt = 1.0 / (1.0 + log_odds.exp() * 2.0 / (missed + 2.0));
-        let seen = mixture.after_seen(&widest);
+        mixture.split_at_walls(&widest, surroundings.is_hidden);
+        let share = |state: &Gaussian| self.looks_anew(measurement.from_meters, state);
+        let seen = mixture.after_seen(&widest).reweighted(|state| match share(state) {
+            share if share > 0.0 => past_walls(state, surroundings).powf(share),
+            _ => 1.0,
+        });
         self.mixture = if doubt < LEAST_DOUBT { seen } else { seen.or(&self.mixture, doubt) };
         // Of two bearings either may be the false alarm.
         if self.hits == 1 && doubt >= LEAST_DOUBT {
@@ -277,6 +288,15 @@ impl Track {
         self.promoted(settings)
     }
 
+    /// By how much, 0 to 1, a camera has moved since the last detection, so that walls between it and an object there are others,
+    /// or are the same seen anew: what a map has wrong is wrong for all detections from one place.
+    fn looks_anew(&self, from_meters: Vector2<f64>, state: &Gaussian) -> f64 {
+        let range_meters = (state.position_meters() - from_meters).norm();
+        let moved_meters =
+            self.last_seen.map_or(0.0, |last| (last.measurement.from_meters - from_meters).norm());
+        (moved_meters / (ANOTHER_SIGHT * range_meters)).min(1.0)
+    }
+
     /// Adds the independent part of a log-likelihood ratio to the score.
     fn count(&mut self, nats: f64, share: f64, frame: &Frame) {
         self.score_nats = (self.score_nats + share * nats).min(MOST_NATS);
@@ -284,8 +304,18 @@ impl Track {
     }
 
     /// It was not detected: positions in view become less likely.
-    pub(super) fn not_seen(&mut self, frame: &Frame, settings: &Settings) -> FrameResult {
-        let expected = self.mixture.mean_of(&|point| frame.visibility(point));
+    pub(super) fn not_seen(
+        &mut self,
+        frame: &Frame,
+        surroundings: &Surroundings<'_>,
+        settings: &Settings,
+    ) -> FrameResult {
+        self.mixture.split_at_walls(&frame.view, surroundings.is_hidden);
+        let visibility = |point| match frame.visibility(point) {
+            seen if seen > 0.0 && (surroundings.is_hidden)(point) => 0.0,
+            seen => seen,
+        };
+        let expected = self.mixture.mean_of(&visibility);
         let view = frame.surest_view(0.0);
         let others = self.missed_by_others(frame);
         self.missed_in.insert(frame.camera, (frame.time_ns, view));
@@ -300,7 +330,12 @@ impl Track {
             self.misses_in_a_row += if is_missed { share } else { 0.0 };
             self.may_have_passed(settings);
             self.mixture.refine(frame.position_meters());
-            let missed = Missed { view, others: &others, edge_radians: settings.gate_radians };
+            let missed = Missed {
+                view,
+                others: &others,
+                edge_radians: settings.gate_radians,
+                is_hidden: surroundings.is_hidden,
+            };
             self.mixture = self.mixture.after_missed(&missed, settings.miss_probability.powf(share));
             self.count((1.0 - (1.0 - settings.miss_probability) * expected).ln(), share, frame);
         }
@@ -380,6 +415,11 @@ impl Track {
         self.standing = Standing::Confirmed;
         FrameResult::Confirmed
     }
+}
+
+/// The relative probability that an object there is detected past the walls of a map, which may be wrong.
+fn past_walls(state: &Gaussian, surroundings: &Surroundings<'_>) -> f64 {
+    mean_over(state, &|point| if (surroundings.is_hidden)(point) { SEEN_BEHIND_A_WALL } else { 1.0 })
 }
 
 /// The share of a frame's information that is independent of earlier frames.

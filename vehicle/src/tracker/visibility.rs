@@ -39,6 +39,8 @@ pub(super) struct Missed<'a> {
     pub(super) others: &'a [View],
     /// Uncertainty of the edge of views, as an angle.
     pub(super) edge_radians: f64,
+    /// Whether a wall hides a position from the camera.
+    pub(super) is_hidden: &'a dyn Fn(Vector2<f64>) -> bool,
 }
 
 impl Missed<'_> {
@@ -50,7 +52,8 @@ impl Missed<'_> {
         }
         let is_on_seam =
             |other: &View| is_in(other, self.edge_radians) && (is_in(other, 0.0) || is_in(&self.view, 0.0));
-        is_in(&self.view, -self.edge_radians) || self.others.iter().any(is_on_seam)
+        (is_in(&self.view, -self.edge_radians) || self.others.iter().any(is_on_seam))
+            && !(self.is_hidden)(point)
     }
 }
 
@@ -85,7 +88,7 @@ mod tests {
     }
 
     fn missed(view: View, others: &[View]) -> Missed<'_> {
-        Missed { view, others, edge_radians: 0.05 }
+        Missed { view, others, edge_radians: 0.05, is_hidden: &|_| false }
     }
 
     fn view() -> View {
