@@ -2,12 +2,10 @@
 
 use std::ops::Range;
 
-use mavlink_core::{MavHeader, MavlinkVersion, Message, calculate_crc, write_v2_msg};
+use mavlink_core::{MAV_STX, MAV_STX_V2, MavHeader, MavlinkVersion, Message, calculate_crc, write_v2_msg};
 
 use crate::MavMessage;
 
-/// The first bytes of messages of MAVLink 1 and 2.
-const STARTS: [(u8, MavlinkVersion); 2] = [(0xFE, MavlinkVersion::V1), (0xFD, MavlinkVersion::V2)];
 const CHECKSUM_BYTES: usize = 2;
 const SIGNATURE_BYTES: usize = 13;
 /// A message with other flags than this one is to be dropped, and the flag says that a signature follows it.
@@ -36,7 +34,7 @@ impl Decoder {
         self.pending.extend_from_slice(bytes);
         let (mut frames, mut read) = (Vec::new(), 0);
         let read = loop {
-            let Some(start) = self.pending[read..].iter().position(|&byte| version(byte).is_some()) else {
+            let Some(start) = self.pending[read..].iter().position(|&byte| is_start(byte)) else {
                 break self.pending.len();
             };
             read += start;
@@ -59,9 +57,9 @@ impl Decoder {
     }
 }
 
-/// The version of MAVLink whose messages begin with this byte.
-fn version(byte: u8) -> Option<MavlinkVersion> {
-    STARTS.iter().find(|(start, _)| *start == byte).map(|(_, version)| *version)
+/// Whether messages begin with this byte, of MAVLink 1 or 2.
+const fn is_start(byte: u8) -> bool {
+    matches!(byte, MAV_STX | MAV_STX_V2)
 }
 
 /// What the first bytes of a message say of it.
@@ -89,10 +87,10 @@ impl Envelope {
     fn of(bytes: &[u8]) -> Option<Self> {
         let number = |low: u8, middle: u8, high: u8| u32::from_le_bytes([low, middle, high, 0]);
         let (version, header_bytes, flags, [sequence, system_id, component_id], message_id) = match *bytes {
-            [0xFE, _, sequence, system, component, id, ..] => {
+            [MAV_STX, _, sequence, system, component, id, ..] => {
                 (MavlinkVersion::V1, 6, 0, [sequence, system, component], u32::from(id))
             }
-            [0xFD, _, flags, _, sequence, system, component, low, middle, high, ..] => {
+            [MAV_STX_V2, _, flags, _, sequence, system, component, low, middle, high, ..] => {
                 (MavlinkVersion::V2, 10, flags, [sequence, system, component], number(low, middle, high))
             }
             _ => return None,
@@ -117,7 +115,7 @@ impl Envelope {
         if MavMessage::default_message_from_id(self.message_id).is_none() {
             // What follows tells a message from noise here. A search for other messages in the bytes of one would wait
             // for the rest of what seems to begin there, and so delay the messages after it.
-            let ends = bytes.get(self.bytes).is_none_or(|&byte| version(byte).is_some());
+            let ends = bytes.get(self.bytes).is_none_or(|&byte| is_start(byte));
             return if ends { Content::Unknown } else { Content::Noise };
         }
         let checksum = &bytes[self.payload.end..][..CHECKSUM_BYTES];

@@ -89,8 +89,8 @@ fn middle(grid: Grid, cell: Cell) -> Vector2<f64> {
 }
 
 impl Ground for Rooms {
-    fn map(&self) -> Option<CostMap> {
-        Some(self.map.clone())
+    fn map(&self) -> Option<&CostMap> {
+        Some(&self.map)
     }
 
     fn way(&self, from: Vector2<f64>, goal: Vector2<f64>) -> Option<Vec<Vector2<f64>>> {

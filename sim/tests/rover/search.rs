@@ -30,7 +30,7 @@ pub(crate) const LONGEST_NS: u64 = 1_800_000_000_000;
 /// What a robot drives on.
 pub(crate) trait Ground {
     /// The map of the robot's navigation, if it has one.
-    fn map(&self) -> Option<CostMap>;
+    fn map(&self) -> Option<&CostMap>;
     /// The way to a goal, meters; `None` if there is none.
     fn way(&self, from: Vector2<f64>, goal: Vector2<f64>) -> Option<Vec<Vector2<f64>>>;
     /// Whether a wall is between two positions.
@@ -41,7 +41,7 @@ pub(crate) trait Ground {
 pub(crate) struct Open;
 
 impl Ground for Open {
-    fn map(&self) -> Option<CostMap> {
+    fn map(&self) -> Option<&CostMap> {
         None
     }
 
@@ -57,7 +57,7 @@ impl Ground for Open {
 /// Full speed, m/s; turns on the spot, radians a second; the share of positions that are lost, the time by which those that
 /// arrive are dated too early, their error as it is told, and as it is, meters; the heading's, radians; the share of objects
 /// in view that are missed, and the error of their bearings, radians.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
     pub(crate) speed: f64,
     pub(crate) turn: f64,
@@ -123,7 +123,7 @@ impl<'a> Search<'a> {
         let phase = random.random_range(0..PERIOD);
         self.tell(Event::Start);
         if let Some(map) = self.ground.map() {
-            self.steer(pilot::Event::Map(map));
+            self.steer(pilot::Event::Map(map.clone()));
         }
         let is_over = |now_ns: u64, since: Option<u64>| {
             now_ns > LONGEST_NS || since.is_some_and(|since| now_ns - since > RESTED_NS)

@@ -36,28 +36,24 @@ const FEW_MEMBERS: usize = 8;
 impl Mixture {
     /// Splits members that are too wide for a camera at a position.
     pub fn refine(&mut self, from_meters: Vector2<f64>) {
-        let mut index = 0;
-        while index < self.members.len() {
-            let member = self.members[index];
-            let has_room = self.members.len() + 2 <= MOST_MEMBERS && member.weight >= LEAST_WEIGHT;
-            match direction(&member.state, from_meters).filter(|_| has_room) {
-                Some(axis) => {
-                    self.members.splice(index..=index, parts(&member, axis));
-                }
-                None => index += 1,
-            }
-        }
+        self.split_along(|state| direction(state, from_meters));
     }
 
     /// Splits members in view that are partly hidden, until each part is hidden or is not, or is narrow: a detection or a
     /// miss then weighs each as a whole.
     pub(super) fn split_at_walls(&mut self, view: &View, is_hidden: &dyn Fn(Vector2<f64>) -> bool) {
+        self.split_along(|state| {
+            view.contains(state.position_meters()).then(|| across_a_wall(state, is_hidden)).flatten()
+        });
+    }
+
+    /// Splits members along an axis, as long as they have one and there is room.
+    fn split_along(&mut self, axis: impl Fn(&Gaussian) -> Option<Vector4<f64>>) {
         let mut index = 0;
         while index < self.members.len() {
             let member = self.members[index];
             let has_room = self.members.len() + 2 <= MOST_MEMBERS && member.weight >= LEAST_WEIGHT;
-            let is_in_view = has_room && view.contains(member.state.position_meters());
-            match is_in_view.then(|| across_a_wall(&member.state, is_hidden)).flatten() {
+            match has_room.then(|| axis(&member.state)).flatten() {
                 Some(axis) => {
                     self.members.splice(index..=index, parts(&member, axis));
                 }
